@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import dehyst
 from dehyst import _native
 from dehyst.errors import InvertibilityError, ModelFileError, ParameterError
-from dehyst.families import Scaling, old_families
+from dehyst.families import Scaling
 from dehyst.families.dahl import Dahl
 from dehyst.families.elements import KINDS, Element, ElementModel
 from dehyst.families.rising import least_slope
@@ -219,20 +219,18 @@ def test_plays_are_the_prandtl_ishlinskii_operator():
     assert np.max(np.abs(mine.inverse().simulate(y) - plain.inverse().simulate(y))) < 1e-14
 
 
-def test_past_creep_is_that_of_old_creep_pi_files_one_step_of_time_earlier():
-    """There the input that was held acts over the time since; the machine moves its memory with each sample."""
-    values = {
-        "thresholds": [0.0], "weights": [0.5], "creep_thresholds": [0.0, 0.2], "time_constants": [0.1, 2.0],
-        "creep_weights": [0.2, 0.3], "offset": 0.0, "map_inner": [], "map_outer": [], "period": 0.0,
-    }  # fmt: skip
-    known = old_families.FormerModel("creep-pi", values)
-    mine = ElementModel(
-        (Element("input", weight=0.5), Element("past", 0.0, 0.1, 0.2), Element("past", 0.2, 2.0, 0.3)), period=0.02
-    )
+def test_past_creep_moves_towards_the_play_of_the_held_input_over_each_step():
+    """q <- t + (q - t) exp(-h / tau), t = clip(q, x' - r, x' + r), x' the sample before: never the sample itself."""
+    creeps = [(0.0, 0.1, 0.2), (0.2, 2.0, 0.3)]
+    mine = ElementModel((Element("input", weight=0.5), *(Element("past", *creep) for creep in creeps)), period=0.02)
     x = signal(2, 300)
     dt = steps_of(x, 3)
-    y = mine.run(x, np.append(dt[1:], 0.0), mine.rest(x[0]))[0]
-    assert np.max(np.abs(y - known.run(x, dt, known.rest(x[0]))[0])) < 1e-15
+    states, expected = [x[0], x[0]], []
+    for value, step in zip(x.tolist(), dt.tolist(), strict=True):
+        expected.append(0.5 * value + sum(w * q for q, (_, _, w) in zip(states, creeps, strict=True)))
+        targets = [max(value - r, min(value + r, q)) for q, (r, _, _) in zip(states, creeps, strict=True)]
+        states = [t + (q - t) * np.exp(-step / tau) for q, t, (_, tau, _) in zip(states, targets, creeps, strict=True)]
+    assert np.max(np.abs(mine.run(x, dt, mine.rest(x[0]))[0] - expected)) < 1e-15
 
 
 def test_the_path_is_dahl_s_element():

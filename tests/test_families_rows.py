@@ -16,7 +16,6 @@ from dehyst.errors import IdentificationError, ParameterError
 from dehyst.families import choice, identify_family
 from dehyst.families.columns import GROUPS, Columns, Pace, columns_of
 from dehyst.families.elements import Element, ElementModel
-from dehyst.families.old_families import KERNELS
 from dehyst.families.program import BLOCKS, LEAST, LEAST_OF_MAP, Program, Regularisation, sums_of
 from dehyst.families.registry import ROWS
 from dehyst.families.rows import candidates
@@ -436,6 +435,12 @@ def test_the_committed_benchmark_holds_and_can_fail():
     assert not benchmark.holds({**result["summary"][benchmark.CHOSEN], "over_best_median": 1.01})
     assert not benchmark.holds(benchmark.summary(result["runs"], "inverse-path"))
     replaced = {name: found["over_before"] for name, found in result["summary"].items() if found["over_before"]}
-    assert set(replaced) == {"creep-pi", "rate-dependent-pi", "generalised-pi", "maxwell-slip", KERNELS}
+    assert set(replaced) == {
+        "creep-pi",
+        "rate-dependent-pi",
+        "generalised-pi",
+        "maxwell-slip",
+        "krasnoselskii-pokrovskii",
+    }
     assert all(benchmark.replaces(found) for found in result["summary"].values())
     assert not benchmark.replaces({"over_before": 1.01})

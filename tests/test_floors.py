@@ -11,7 +11,7 @@ SOURCE = Path(__file__).parents[1] / "src" / "dehyst"
 FLOORS = (  # those of the architecture, with errors below the other modules of the first one, and app below cli
     {"arrays", "shell", "version"},
     {"errors", "findings", "_native"},
-    {"fields", "files", "old_paths", "units"},
+    {"fields", "files", "units"},
     {"data"},
     {"models"},
     {"identification", "control", "design"},

@@ -147,20 +147,5 @@ def __getattr__(name: str) -> "Any":
     return value
 
 
-class _OldPaths:
-    """Modules of 0.1 under the paths they had there; asked by an import that found nothing."""
-
-    @staticmethod
-    def find_spec(name: str, path: object = None, target: object = None) -> "Any":
-        if not name.startswith("dehyst."):
-            return None
-        from dehyst.old_paths import spec_of
-
-        return spec_of(name)
-
-
-sys.meta_path.append(_OldPaths)
-
-
 def __dir__() -> list[str]:
     return list(__all__)

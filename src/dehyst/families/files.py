@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from dehyst.errors import ModelFileError, ParameterError
-from dehyst.families import old_families
 from dehyst.families.base import LoopModel, Scaling
 from dehyst.families.registry import names, record_of
 
@@ -23,15 +22,11 @@ def model_of(name: Any, parameters: Any) -> LoopModel:
     ParameterError
         If the parameters are not those of one.
     """
-    name = old_families.RENAMED.get(name, name)
     if name not in names():
         raise ModelFileError(f"holds a model of the family '{name!s:.40}', which this dehyst does not have.")
     values = {key: _value(value) for key, value in parameters["values"].items()}
     scaling = Scaling(**{key: _number(value) for key, value in parameters["scaling"].items()})
-    if name in old_families.NAMES and "elements" not in values:
-        model = old_families.model_of(name, values, scaling, parameters["start"])
-    else:
-        model = _record_of(name, values, scaling, parameters["start"])
+    model = _record_of(name, values, scaling, parameters["start"])
     if model.family != name:
         raise ParameterError(f"it is of the family {model.family!r:.40}, and its file says {name!r:.40}.")
     probe = model.before(0.0)  # an impossible start or shape shows here, not on a machine
@@ -45,8 +40,6 @@ def _record_of(name: str, values: dict[str, Any], scaling: Scaling, start: str) 
     known = {entry.name for entry in fields(record)} - {"scaling", "start", "card"}
     if set(values) != known:
         raise ParameterError(f"its parameters are {list(values)!s:.120}, not {sorted(known)}.")
-    if values.get("row") in old_families.RENAMED:
-        values["row"] = name
     model: LoopModel = record(**values, scaling=scaling, start=start)
     return model
 
