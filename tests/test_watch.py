@@ -5,6 +5,7 @@ import itertools
 import json
 import os
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -286,14 +287,51 @@ def command(tmp_path, *words):
     )  # fmt: skip
 
 
+def logged(path, y):
+    np.savetxt(path, np.column_stack([T, X, y]), delimiter=",", header="time_s,input,output", comments="", fmt="%.17g")
+
+
+@pytest.mark.slow
 def test_the_command_ends_with_the_verdict_of_its_last_report(tmp_path):
-    rows = zip(T, X, WORN, strict=True)
-    text = "time_s,input,output\n" + "".join(f"{t:.2f},{x!r},{y!r}\n" for t, x, y in rows)
-    (tmp_path / "log.csv").write_text(text.replace("np.float64(", "").replace(")", ""))
+    logged(tmp_path / "log.csv", WORN)
     done = command(tmp_path, "--follow", "log.csv", "--until-silent", "1", "--json", "--state", "kept")
     lines = [json.loads(line) for line in done.stdout.splitlines()]
     assert done.returncode == 1 and lines[-1]["status"] == "drifted" and lines[0]["status"] == "unchanged"
     assert (tmp_path / "kept").exists()
+
+
+@pytest.mark.slow
+def test_the_command_says_at_once_what_it_watches_and_an_alarm_is_a_sentence(tmp_path):
+    beginning = [
+        "watching log.csv, which is not there yet",
+        "model: model.json, input -> output",
+        "reports: each 6 cycles about the last 24, the first after 8 whole cycles",
+        "state: not kept; --state FILE keeps it over restarts",
+        "stop with Ctrl-C",
+    ]
+    MODEL.save(tmp_path / "model.json")
+    run = subprocess.Popen(
+        [sys.executable, "-m", "dehyst", "watch", "model.json", "--follow", "log.csv", "--until-silent", "30"],
+        cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+    )  # fmt: skip
+    try:
+        assert [run.stderr.readline().rstrip() for _ in beginning] == beginning  # nothing has come yet
+        logged(tmp_path / "new.csv", WORN)
+        (tmp_path / "new.csv").rename(tmp_path / "log.csv")
+        alarms = (line for line in run.stdout if "ALARM" in line)
+        assert "s  ALARM: whether the actuator has changed cannot be told now: " in next(alarms)
+        assert "s  ALARM: the actuator has changed: gain +" in next(alarms)
+    finally:
+        run.send_signal(signal.SIGINT)
+        run.communicate(timeout=60)
+
+
+def test_the_command_says_where_its_state_is_and_whether_it_goes_on(tmp_path):
+    (tmp_path / "log.csv").write_text("time_s,input,output\n0,0,0\n1,1,1\n")
+    watch = ("--follow", "log.csv", "--until-silent", "0.1", "--state", "kept")
+    assert command(tmp_path, *watch).stderr.endswith("state: kept, written every 2 s\nstop with Ctrl-C\n")
+    assert "written every 2 s, goes on after 2 kept samples\n" in command(tmp_path, *watch).stderr
 
 
 def test_two_sources_or_none_are_refused(tmp_path):

@@ -14,9 +14,17 @@ from dehyst.app.terminal import tell
 from dehyst.errors import ParameterError
 from dehyst.io.live import Batch, Names, follow, mqtt, opcua
 from dehyst.models import load
-from dehyst.monitoring.watch import Report, Watch
+from dehyst.monitoring.parts import NAMES
+from dehyst.monitoring.watch import LEAST, Report, Watch
 
 KEEP = 2.0  # seconds from one saving of the state to the next
+SILENCE = 10.0  # seconds without a sample after which it is said what is waited for
+SAID = {  # by an alarm, before what was found
+    "drifted": "the actuator has changed: ",
+    "cannot tell": "whether the actuator has changed cannot be told now: ",
+    "unchanged": "the actuator is again as it was identified; ",
+    "not comparable": "what comes cannot be compared with the model: ",
+}
 
 
 def run_watch(request: WatchRequest) -> None:
@@ -34,13 +42,15 @@ def run_watch(request: WatchRequest) -> None:
     )  # fmt: skip
     names = Names(request.input or model.card.input.name, request.output or model.card.output.name, request.time)
     samples, publish = _source(request, names)
+    source, expected = _described(request, names)
+    tell(_beginning(request, watch, source))
     signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
-    status, kept, heard = Status.DONE, time.monotonic(), time.monotonic()
+    status, kept, heard, asked = Status.DONE, time.monotonic(), time.monotonic(), False
     try:
         for batch in samples:
             now = time.monotonic()
             if batch is not None:
-                heard = now
+                heard, asked = now, False
                 for report in watch.feed(*batch):
                     _say(report, request.json)
                     if report.alarm:
@@ -49,12 +59,43 @@ def run_watch(request: WatchRequest) -> None:
             if now - kept > KEEP:
                 watch.save()
                 kept = now
+            if now - heard > SILENCE and not asked:
+                tell(f"nothing has come for {SILENCE:.0f} s; waiting for {expected}")
+                asked = True
             if request.until_silent is not None and now - heard > request.until_silent:
                 break
     finally:
         watch.save()
     with concluding(status):
         pass
+
+
+def _described(request: WatchRequest, names: Names) -> tuple[str, str]:
+    """Return where samples come from, and what must come there."""
+    signals = f"'{names.input}' and '{names.output}'"
+    if request.mqtt is not None:
+        return request.mqtt, f"messages with the keys {signals} at {request.mqtt}"
+    if request.opcua is not None:
+        return f"{request.opcua}, asked every {request.sampling:g} s", f"changes of the nodes {signals}"
+    there = "" if request.follow is not None and request.follow.exists() else ", which is not there yet"
+    return f"{request.follow}{there}", f"lines with the columns {signals} in {request.follow}"
+
+
+def _beginning(request: WatchRequest, watch: Watch, source: str) -> str:
+    """Return what is watched, against what, how often it is judged, where the state is, and how it ends."""
+    card = watch.model.card
+    if request.state is None:
+        state = "not kept; --state FILE keeps it over restarts"
+    else:
+        known = f", goes on after {watch.samples} kept samples" if watch.samples else ""
+        state = f"{request.state}, written every {KEEP:g} s{known}"
+    return (
+        f"watching {source}\n"
+        f"model: {request.model}, {card.input} -> {card.output}\n"
+        f"reports: each {request.every} cycles about the last {request.cycles}, the first after {LEAST} whole cycles\n"
+        f"state: {state}\n"
+        f"stop with Ctrl-C"
+    )
 
 
 def _source(request: WatchRequest, names: Names) -> tuple[Iterator[Batch | None], Callable[[str], None]]:
@@ -66,19 +107,19 @@ def _source(request: WatchRequest, names: Names) -> tuple[Iterator[Batch | None]
     if request.opcua is not None:
         return opcua(request.opcua, names, period=request.sampling, security=request.security), nobody
     assert request.follow is not None
-    if not request.follow.exists():
-        tell(f"waiting for {request.follow} ...")
     return follow(request.follow, names), nobody
 
 
 def _say(report: Report, as_json: bool) -> None:
-    """One line on the standard output."""
+    """One line on the standard output, of an alarm a sentence."""
     if as_json:
         line = json.dumps(report.as_dict())
+    elif report.alarm:
+        found = report.words.partition("; " if report.status == "unchanged" else ": ")[2] or report.words
+        line = f"{report.time:.1f} s  ALARM: {SAID[report.status]}{found}"
     else:
-        parts = [f"{part} {value:+.3g} {unit}" for part, (value, _, _, unit) in report.changes.items()]
+        parts = [f"{NAMES[part]} {value:+.3g} {unit}" for part, (value, _, _, unit) in report.changes.items()]
         error = "" if report.error_percent is None else f"error {report.error_percent:.3g} % of range"
-        mark = "ALARM " if report.alarm else ""
-        line = f"{report.time:.1f} s  {mark}{report.status}  {'; '.join(filter(None, [error, *parts])) or report.words}"
+        line = f"{report.time:.1f} s  {report.status}  {'; '.join(filter(None, [error, *parts])) or report.words}"
     sys.stdout.write(line + "\n")
     sys.stdout.flush()

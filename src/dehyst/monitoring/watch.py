@@ -22,6 +22,7 @@ from dehyst.models.storage import model_to_dict
 from dehyst.monitoring.procedure import drift
 
 PER_CYCLE = 400  # samples kept of a cycle: a sine keeps its tips to 3e-5 of its range
+LEAST = 8  # cycles that a report needs
 MOST = 40_000  # samples kept before cycles are known
 GAP = 20.0  # median steps without a sample: what happened in between is not known
 
@@ -103,9 +104,9 @@ class Watch:
     def __init__(
         self, model: Model, *, cycles: int = 24, every: int = 6, state: Path | None = None, **settings: Any
     ) -> None:
-        if not 8 <= cycles <= 1000 or not 1 <= every <= cycles:
+        if not LEAST <= cycles <= 1000 or not 1 <= every <= cycles:
             raise ParameterError(
-                f"cycles = {cycles}, every = {every}: a report looks at 8 to 1000 cycles and comes after 1 to "
+                f"cycles = {cycles}, every = {every}: a report looks at {LEAST} to 1000 cycles and comes after 1 to "
                 f"`cycles`; fewer cycles decide nothing.",
                 cycles=cycles,
                 every=every,
@@ -116,6 +117,11 @@ class Watch:
         self._stride, self._skipped, self._waiting = 1, 0, 1
         if state is not None and state.exists():
             self._resume(state)
+
+    @property
+    def samples(self) -> int:
+        """How many samples are kept now."""
+        return len(self._rows)
 
     def feed(self, time: Array, x: Array, y: Array) -> list[Report]:
         """Take samples, each (k,), in their order; return the reports that became due.
@@ -148,7 +154,7 @@ class Watch:
         if turns.size > 2 * self._cycles + 2:
             self._rows, turns = self._rows[turns[-2 * self._cycles - 2] :], turns[-2 * self._cycles - 2 :]
         fresh = int(np.sum(turns[:-1] >= len(self._rows) - self._fresh)) // 2
-        if whole < min(self._cycles, 8) or fresh < self._every:
+        if whole < LEAST or fresh < self._every:
             self._waiting = self._fresh + PER_CYCLE // 4
             return []
         self._fresh, self._waiting = 0, PER_CYCLE // 4
