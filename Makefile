@@ -5,7 +5,7 @@ VENV ?= .venv
 BIN = $(VENV)/bin
 PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
-.PHONY: demo test test-slow test-all machines check docs site bench bench-quick proofs proofs-quick wheels clean exports
+.PHONY: demo test test-slow test-all machines check docs site bench bench-quick proofs proofs-quick page wheels clean exports
 
 demo: $(VENV)/installed
 	$(BIN)/dehyst reproduce --quick --plant preisach,none --compensator paper,best --out demo
@@ -31,6 +31,11 @@ check: $(VENV)/installed-test
 
 docs: $(VENV)/installed-test
 	$(BIN)/python docs/build.py
+
+# The page that identifies a log in a browser, as the package ships it; needs npm.
+page: $(VENV)/installed-test
+	$(PIP) ziglang
+	$(BIN)/python page/build.py
 
 # The pages as a searchable site that asks no other server for anything: python3 -m http.server --directory site
 site: $(VENV)/installed-site
