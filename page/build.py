@@ -1,4 +1,4 @@
-"""Builds dehyst.html, the page that identifies a log in a browser: C to WebAssembly by zig, TypeScript by esbuild, one file.
+"""Builds dehyst.html, which identifies a log in a browser: C to WebAssembly by zig, TypeScript by esbuild, one file.
 
 Run from anywhere: `python page/build.py [OUT.html]`. Without OUT it writes the file that the package ships.
 The same sources and versions give the same bytes.
@@ -33,9 +33,10 @@ def wasm(out: Path) -> bytes:
     names = [os.path.relpath(path, ROOT) for path in sources]
     subprocess.run(
         [
-            zig, "cc", "--target=wasm32-wasi", "-mexec-model=reactor", "-std=c11", "-O2", "-ffp-contract=off", "-msimd128",
-            "-fno-sanitize=undefined", "-DLANES_LEVEL=0", "-Icore", "-Iengine", "-Ipage", "-Wall", "-Wextra", "-Wconversion",
-            "-Wpedantic", "-Werror", "-Wl,--gc-sections,--strip-all,-z,stack-size=1048576", *names, "-o", out,
+            zig, "cc", "--target=wasm32-wasi", "-mexec-model=reactor", "-std=c11", "-O2", "-ffp-contract=off",
+            "-msimd128", "-fno-sanitize=undefined", "-DLANES_LEVEL=0", "-Icore", "-Iengine",
+            "-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror",
+            "-Wl,--gc-sections,--strip-all,-z,stack-size=1048576", *names, "-o", out,
         ],
         check=True,
         cwd=ROOT,
