@@ -38,6 +38,7 @@ COMMANDS = {
     "design": ("design", "--range", "-30", "30", "--unit", "deg"),
     "sweep": ("sweep", "sweep.toml", "--workers", "0"),
     "reproduce": ("reproduce", "--quick"),
+    "studio": ("studio", "log.csv", "--no-browser", "--idle", "0.001"),
 }
 SWEEP = """
 name = "test"

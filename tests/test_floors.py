@@ -21,7 +21,7 @@ FLOORS = (  # those of the architecture, with errors below the other modules of 
     {"robot"},
     {"app"},
     {"cli"},
-    {"__main__"},
+    {"__main__", "worker"},
 )
 INNER = {  # floors inside large rooms, of what is named
     "robot": ({"muscles", "iso9283"}, {"arm"}, {"experiments"}, {"report"}),
@@ -49,6 +49,8 @@ HOMES = {
     "matplotlib": {"report"},
     "typer": {"cli", "app"},
     "rich": {"cli", "app"},
+    "starlette": {"app"},
+    "uvicorn": {"app"},
     "rosbags": {"io"},
     "asammdf": {"io"},
     "polars": {"io"},

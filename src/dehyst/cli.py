@@ -32,6 +32,7 @@ COMMANDS: dict[str, type[Any]] = {  # module of `dehyst.app` and the function th
     "compare:run_compare": requests.CompareRequest,
     "evaluate:run_evaluate": requests.EvaluateRequest,
     "muscle:run_muscle": requests.MuscleRequest,
+    "studio:run_studio": requests.StudioRequest,
 }
 app = typer.Typer(
     name="dehyst",
@@ -60,7 +61,7 @@ def _options(
     """From a logged hysteresis loop to a verified compensator."""
 
 
-def _add(run: str, request: type[Any]) -> None:
+def add(run: str, request: type[Any]) -> None:
     """Add the command that calls `run` with a request made of what was typed."""
     module, _, function = run.partition(":")
 
@@ -103,7 +104,7 @@ def _loaded(module: str) -> ModuleType:
 
 
 for _run, _request in COMMANDS.items():
-    _add(_run, _request)
+    add(_run, _request)
 
 
 def main() -> None:

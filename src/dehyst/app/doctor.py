@@ -30,6 +30,7 @@ EXTRAS = {  # of dehyst -> what it is for
     "watch": "watch: MQTT and OPC UA",
     "gym": "the robot as a Gymnasium environment",
     "dask": "sweeps on several machines",
+    "studio": "studio: the page in a browser, Python behind it",
     "fmi": "FMUs for other platforms, and running FMUs in verify",
 }
 TOOLS = {  # program -> what it is for, package of Debian

@@ -7,7 +7,7 @@ import json
 import math
 import os
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +22,16 @@ from dehyst.shell import visible_lines
 
 if TYPE_CHECKING:
     from rich.progress import Progress, ProgressColumn
+
+
+Told = Callable[[str, float, float | None], None]  # stage, done, of; of is None where nobody knows
+MARK = "\x1e"  # begins a line of progress on the error stream of a command that a program runs
+_told: list[Told] = []
+
+
+def tell_progress(told: Told) -> None:
+    """From now on progress is told to a function instead of shown on a terminal."""
+    _told[:] = [told]
 
 
 class _Terminal(Console):
@@ -99,6 +109,8 @@ def _finite(value: Any) -> Any:
 @contextmanager
 def ask_progress(what: str, quiet: bool = False) -> Iterator[None]:
     """Show what is going on while it takes long, on a terminal only."""
+    for told in _told:
+        told(what, 0.0, None)
     if quiet or not sys.stderr.isatty():
         yield
         return
@@ -111,6 +123,11 @@ def progress_bar(
     *columns: ProgressColumn, quiet: bool = False, keep: bool = False, console: Console | None = None
 ) -> Iterator[Progress | None]:
     """Yield a progress bar on the error stream, which stays at its end with `keep`; None where there is no terminal."""
+    for told in _told:
+        from dehyst.app.told import Teller
+
+        yield Teller(told)
+        return
     if quiet or not (sys.stderr.isatty() if console is None else console.is_terminal):
         yield None
         return

@@ -1,0 +1,329 @@
+"""The routes of the studio: the page, logs that were dropped on it, commands, and the files that they wrote."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import secrets
+import shutil
+import signal
+import socket
+import time
+from collections.abc import AsyncIterator, Callable, Mapping
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Response, StreamingResponse
+from starlette.routing import Route
+
+from dehyst.app.ending import Status
+from dehyst.app.studio.commands import SIGNALS, words_of
+from dehyst.app.studio.guard import Guard
+from dehyst.app.studio.work import Workers
+from dehyst.errors import DehystError, ParameterError
+from dehyst.shell import typed, visible
+from dehyst.version import __version__
+
+PAGE = Path(__file__).parents[2] / "page" / "dehyst.html"
+LIMIT = 1 << 30  # bytes of a log that is dropped on the page; a larger one is named on the command line, and not copied
+LONGEST = 120  # characters of a file name
+BODY = 1 << 20  # bytes of a request that names what to do
+BEAT = 15.0  # seconds from one sign of life to the next
+# Reports are pages with a script of their own: they get an origin of their own too, and cannot call the studio.
+REPORT = {"content-security-policy": "sandbox allow-scripts allow-downloads allow-popups"}
+
+
+@dataclass
+class Studio:
+    """What lasts from one request to the next: files by their id, processes, and how many pages are open."""
+
+    folder: Path
+    idle: float = 0.0  # s
+    limit: int = LIMIT
+    files: dict[str, Path] = field(default_factory=dict)
+    logs: list[str] = field(default_factory=list)
+    workers: Workers = field(default_factory=Workers)
+    pages: int = 0
+    left: float = field(default_factory=time.monotonic)
+    leave: Callable[[], None] = lambda: None
+    leaving: bool = False
+
+    def keep(self, path: Path, log: bool = False) -> str:
+        """Return the id of a file; whoever knows it, and may ask, gets the file."""
+        name = secrets.token_urlsafe(12)
+        self.files[name] = path
+        if log:
+            self.logs.append(name)
+        return name
+
+    def place(self, name: object) -> Path:
+        """Path of an id."""
+        if not isinstance(name, str) or name not in self.files:
+            raise ParameterError(f"the studio has no file '{name!s:.40}' any more. Open the log again.")
+        return self.files[name]
+
+    def room(self) -> Path:
+        """Make a new folder for what a command writes."""
+        made = self.folder / secrets.token_hex(8)
+        made.mkdir(mode=0o700)
+        return made
+
+    def about(self, name: str) -> dict[str, Any]:
+        """Id, name and size of a log."""
+        path = self.files[name]
+        return {"id": name, "name": path.name, "bytes": path.stat().st_size if path.exists() else 0}
+
+    async def watch(self) -> None:
+        """End when no page was open and nothing ran for so long."""
+        while self.idle > 0.0:
+            await asyncio.sleep(min(1.0, self.idle / 4.0))
+            if self.pages or self.workers.busy:
+                self.left = time.monotonic()
+            elif time.monotonic() - self.left > self.idle:
+                self.leave()
+                return
+
+
+def serve(listener: socket.socket, token: str, folder: Path, *, log: Path | None, idle: float) -> None:
+    """Serve until Ctrl-C, SIGTERM, SIGHUP, or until no page was open for `idle` seconds (0: never)."""
+    studio = Studio(folder, idle)
+    if log is not None:
+        studio.keep(log, log=True)
+    guard = Guard(application(studio), port=listener.getsockname()[1], token=token)
+    server = uvicorn.Server(
+        uvicorn.Config(
+            guard,
+            log_config=None,
+            log_level="error",
+            access_log=False,
+            server_header=False,
+            timeout_graceful_shutdown=2,
+        )
+    )
+
+    def leave(*_: object) -> None:
+        studio.leaving = server.should_exit = True
+
+    studio.leave = leave
+    signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))  # after the server has ended by it
+    if hasattr(signal, "SIGHUP"):
+        signal.signal(signal.SIGHUP, leave)
+    server.run(sockets=[listener])
+
+
+def application(studio: Studio) -> Starlette:
+    """Return the routes over a studio, without the guard."""
+    routes: Mapping[tuple[str, str], Callable[[Studio, Request], Any]] = {
+        ("GET", "/"): page,
+        ("GET", "/report/{id}"): report,
+        ("GET", "/api/state"): state,
+        ("GET", "/api/alive"): alive,
+        ("POST", "/api/logs"): take,
+        ("GET", "/api/files/{id}"): give,
+        ("POST", "/api/run/{command}"): run,
+    }
+
+    def bound(answer: Callable[[Studio, Request], Any]) -> Callable[[Request], Any]:
+        async def answered(request: Request) -> Response:
+            made: Response = await answer(studio, request)
+            return made
+
+        return answered
+
+    @asynccontextmanager
+    async def life(_: Starlette) -> AsyncIterator[None]:
+        tasks = [asyncio.ensure_future(work) for work in (studio.workers.prepare(), studio.watch())]
+        try:
+            yield
+        finally:
+            for task in tasks:
+                task.cancel()
+            await studio.workers.end()
+
+    return Starlette(
+        routes=[Route(path, bound(answer), methods=[method]) for (method, path), answer in routes.items()],
+        exception_handlers={DehystError: _refused},
+        lifespan=life,
+    )
+
+
+async def _refused(_: Request, fault: Exception) -> Response:
+    return JSONResponse({"error": str(fault), "kind": type(fault).__name__}, status_code=400)
+
+
+async def page(studio: Studio, request: Request) -> Response:
+    """The page that is also a file of its own; served, it may call this server, and shows what only Python can do."""
+    text = PAGE.read_text(encoding="utf-8")
+    text = text.replace("default-src 'none';", "default-src 'none'; connect-src 'self';", 1)
+    return HTMLResponse(text.replace("<title>", '<meta name="dehyst-studio" content="">\n<title>', 1))
+
+
+async def report(studio: Studio, request: Request) -> Response:
+    """A report page, by its id alone: a tab that is opened sends no token."""
+    path = studio.files.get(request.path_params["id"])
+    if path is None or path.suffix != ".html":
+        return Response("There is no such report, or the studio that made it has ended.", status_code=403)
+    return FileResponse(path, media_type="text/html", headers=REPORT)
+
+
+async def state(studio: Studio, request: Request) -> Response:
+    """What the page needs to know at its start."""
+    return JSONResponse(await run_in_threadpool(_state, studio))
+
+
+def _state(studio: Studio) -> dict[str, Any]:
+    from dehyst.export.targets import TARGETS
+    from dehyst.families import all_names
+    from dehyst.families.registry import title_of
+
+    return {
+        "version": __version__,
+        "logs": [studio.about(name) for name in studio.logs],
+        "limit": studio.limit,
+        "families": [{"name": name, "title": title_of(name)} for name in all_names()],
+        "targets": [{"name": one.name, "summary": one.summary, "reals": one.reals} for one in TARGETS.values()],
+    }
+
+
+async def alive(studio: Studio, request: Request) -> Response:
+    """An answer that lasts as long as the page is open."""
+
+    async def beats() -> AsyncIterator[str]:
+        studio.pages += 1
+        try:
+            last = 0.0
+            while not studio.leaving:
+                if time.monotonic() - last > BEAT:
+                    last = time.monotonic()
+                    yield "\n"
+                await asyncio.sleep(0.25)
+        finally:
+            studio.pages -= 1
+            studio.left = time.monotonic()
+
+    return StreamingResponse(beats(), media_type="text/plain")
+
+
+async def take(studio: Studio, request: Request) -> Response:
+    """Keep a log that was dropped on the page."""
+    name = _file_name(request.query_params.get("name", ""))
+    if int(request.headers.get("content-length") or 0) > studio.limit:
+        return _too_large(studio, name)
+    room, size = studio.room(), 0
+    path = room / name
+    try:
+        with path.open("wb") as stream:
+            async for part in request.stream():
+                size += len(part)
+                if size > studio.limit:
+                    shutil.rmtree(room, ignore_errors=True)
+                    return _too_large(studio, name)
+                stream.write(part)
+    except OSError as fault:
+        shutil.rmtree(room, ignore_errors=True)
+        words = f"'{name}' could not be kept: {fault.strerror}. Free some space, or type: dehyst studio {typed([name])}"
+        return JSONResponse({"error": words, "kind": "OutputError"}, status_code=507)
+    return JSONResponse(studio.about(studio.keep(path, log=True)))
+
+
+def _too_large(studio: Studio, name: str) -> Response:
+    words = (
+        f"'{name}' has more than {studio.limit >> 20} MB, the most that the page copies. Name it on the command line, "
+        f"where it is read in place: dehyst studio {typed([name])}"
+    )
+    return JSONResponse({"error": words, "kind": "LogError"}, status_code=413)
+
+
+def _file_name(text: str) -> str:
+    """The last part of a path, printable and short; it appears in messages and reports.
+
+    Examples
+    --------
+    >>> _file_name("C:\\\\logs/../elbow 3.csv"), _file_name(".."), _file_name("a\\nb.csv")
+    ('elbow 3.csv', 'log.csv', 'ab.csv')
+    """
+    last = "".join(letter for letter in text.replace("\\", "/").split("/")[-1] if letter.isprintable())
+    return last[-LONGEST:].strip(". ") or "log.csv"
+
+
+async def give(studio: Studio, request: Request) -> Response:
+    """A file that was kept or written."""
+    path = studio.place(request.path_params["id"])
+    return FileResponse(path, filename=path.name)
+
+
+async def run(studio: Studio, request: Request) -> Response:
+    """Run a command; the answer is a line of JSON an event: the command, its progress, its result or error.
+
+    Whoever closes the connection stops the command.
+    """
+    body = await request.body()
+    try:
+        given = json.loads(body) if len(body) <= BODY else None
+    except ValueError:
+        given = None
+    if not isinstance(given, dict):
+        raise ParameterError("the body of a command is a JSON object: option -> value.")
+    command, room = request.path_params["command"], studio.room()
+    try:
+        words, written = words_of(command, given, studio.place, room)
+    except DehystError:
+        room.rmdir()
+        raise
+
+    async def events() -> AsyncIterator[str]:
+        done = False
+        try:
+            if command != SIGNALS:
+                yield _line({"command": _shown(words, studio.folder)})
+            async for event in studio.workers.run(words):
+                if "status" in event:
+                    event = await run_in_threadpool(_ended, studio, event, written)
+                    done = "result" in event
+                yield _line(event)
+        finally:
+            if not done:
+                shutil.rmtree(room, ignore_errors=True)
+            if not studio.leaving:
+                await studio.workers.prepare()
+
+    return StreamingResponse(events(), media_type="application/x-ndjson")
+
+
+def _line(event: dict[str, Any]) -> str:
+    return json.dumps(event, allow_nan=False) + "\n"
+
+
+def _shown(words: list[str], folder: Path) -> str:
+    """The same in a terminal: what lies in the temporary folder is named as it would be elsewhere."""
+    named = [word.replace(str(folder), "").rpartition("/")[2] if str(folder) in word else word for word in words]
+    flags = [f"{word.partition('=')[0]}={bare}" if "=" in word and bare != word else bare
+             for word, bare in zip(words, named, strict=True)]  # fmt: skip
+    return typed(["dehyst", *(word for word in flags if word not in ("--", "--json"))])
+
+
+def _ended(studio: Studio, event: dict[str, Any], written: Mapping[str, Path]) -> dict[str, Any]:
+    """Result and files of a command, or its own words on why there is none."""
+    try:
+        result = json.loads(event["printed"])
+    except ValueError:
+        result = None
+    if result is None or event["status"] not in (Status.DONE, Status.NO):
+        kind, _, words = visible(event["said"]).partition(": ") if event["status"] == Status.REFUSED else ("", "", "")
+        words = words or event["said"] or f"the command ended with status {event['status']}"
+        return {"error": words, "kind": kind or "Defect"}
+    kept = {}
+    for name, path in written.items():
+        if path.is_dir():
+            kept["folder"] = studio.keep(path)
+            called = path.with_name(f"{result['name']}-{result['what']}")
+            kept["zip"] = studio.keep(Path(shutil.make_archive(str(called), "zip", path.parent, path.name)))
+        elif path.exists():
+            kept[name] = studio.keep(path)
+    return {"result": result, "files": kept}

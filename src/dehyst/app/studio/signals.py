@@ -1,0 +1,39 @@
+"""The two signals of a log, thinned for a chart on which a part of it is chosen."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dehyst.app.studio.commands import SignalsRequest
+from dehyst.app.terminal import ask_progress, print_json
+from dehyst.io import inspect_log, read_log
+from dehyst.report.thin import thin_series
+
+
+def print_signals(request: SignalsRequest) -> None:
+    """Print time, input and output of a run as JSON; extremes of every stretch stay. Without a run: of the first.
+
+    Of a log without time, the number of the sample stands for it.
+    """
+    with ask_progress("reading"):
+        runs = inspect_log(request.log, request.run, time_unit=request.time_unit).runs
+        run = request.run if request.run is not None or len(runs) < 2 else next(iter(runs))
+        rec = read_log(
+            request.log, request.input or "", request.output or "", time=request.time, time_unit=request.time_unit,
+            run=run,
+        )  # fmt: skip
+    kept = np.union1d(thin_series(rec.input), thin_series(rec.output))
+    clock = np.arange(len(rec), dtype=np.float64) if rec.time is None else rec.time
+    print_json(
+        {
+            "run": run,
+            "samples": len(rec),
+            "timed": rec.time is not None,
+            "time": clock[kept].tolist(),
+            "input": rec.input[kept].tolist(),
+            "output": rec.output[kept].tolist(),
+            "labels": [rec.input_label, rec.output_label],
+            "breaks": [float(clock[k]) for k in rec.breaks],
+            "findings": [finding.as_dict() for finding in rec.findings],
+        }
+    )
