@@ -20,7 +20,7 @@ pytest.importorskip("httpx2", reason="httpx2 stands in for a browser: pip instal
 from starlette.testclient import TestClient
 
 from dehyst.app.requests import StudioRequest
-from dehyst.app.studio import run_studio
+from dehyst.app.studio import run_studio, server
 from dehyst.app.studio.commands import COMMANDS, READ, WRITTEN, words_of
 from dehyst.app.studio.guard import Guard, owner_of
 from dehyst.app.studio.server import Studio, application
@@ -55,7 +55,8 @@ def studio(tmp_path):
 
 
 @pytest.fixture
-def browser(studio):
+def browser(studio, monkeypatch):
+    monkeypatch.setattr(server, "PAGE", Path(__file__).parents[1] / "page" / "src" / "page.html")  # before it is built
     with TestClient(Guard(application(studio), port=PORT, token=TOKEN), base_url=HERE) as client:
         yield client
 
