@@ -20,10 +20,10 @@ pytest.importorskip("httpx2", reason="httpx2 stands in for a browser: pip instal
 from starlette.testclient import TestClient
 
 from dehyst.app.requests import StudioRequest
-from dehyst.app.studio import run_studio, server
+from dehyst.app.studio import _server, run_studio
+from dehyst.app.studio._server import Studio, application
 from dehyst.app.studio.commands import COMMANDS, READ, WRITTEN, words_of
 from dehyst.app.studio.guard import Guard, owner_of
-from dehyst.app.studio.server import Studio, application
 from dehyst.errors import LogError, OutputError, ParameterError
 
 PORT, TOKEN = 8123, "secret"
@@ -56,7 +56,7 @@ def studio(tmp_path):
 
 @pytest.fixture
 def browser(studio, monkeypatch):
-    monkeypatch.setattr(server, "PAGE", Path(__file__).parents[1] / "page" / "src" / "page.html")  # before it is built
+    monkeypatch.setattr(_server, "PAGE", Path(__file__).parents[1] / "page" / "src" / "page.html")  # before it is built
     with TestClient(Guard(application(studio), port=PORT, token=TOKEN), base_url=HERE) as client:
         yield client
 

@@ -28,7 +28,7 @@ def run_studio(request: StudioRequest) -> None:
         )
     if request.log is not None and not request.log.is_file():
         raise LogError(f"there is no log '{request.log}'. Name a file, or leave it out and drop one on the page.")
-    from dehyst.app.studio.server import serve
+    from dehyst.app.studio._server import serve
 
     token, listener = secrets.token_urlsafe(32), _bound(request.port)
     folder = Path(tempfile.mkdtemp(prefix="dehyst-studio-"))

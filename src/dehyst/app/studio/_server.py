@@ -1,4 +1,7 @@
-"""The routes of the studio: the page, logs that were dropped on it, commands, and the files that they wrote."""
+"""The routes of the studio: the page, logs that were dropped on it, commands, and the files that they wrote.
+
+Private, because it is the one module that cannot be imported without the extra `studio`.
+"""
 
 from __future__ import annotations
 
