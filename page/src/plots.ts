@@ -189,7 +189,7 @@ export class TimePlot extends Figure {
         axes: this.axes(),
         legend: { markers: { width: 3 } },
         cursor: {
-          drag: { x: true, y: false },
+          drag: { x: true, y: false, setScale: !this.onBrush },
           points: { size: 7 },
           ...(this.options.link ? { sync: { key: "dehyst" } } : {}),
         },
@@ -207,12 +207,23 @@ export class TimePlot extends Figure {
         hooks: {
           drawClear: [(u) => this.shade(u)],
           setCursor: [(u) => { if (u.cursor.event) this.options.link?.set(u.cursor.idx ?? null); }],
-          setSelect: [(u) => { if (this.onBrush && u.select.width > 2) this.onBrush(u.posToVal(u.select.left, "x"), u.posToVal(u.select.left + u.select.width, "x")); }],
+          setSelect: [(u) => {
+            const { left, width } = u.select;
+            if (!this.onBrush || width < 3) return;
+            u.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+            this.onBrush(u.posToVal(left, "x"), u.posToVal(left + width, "x"));
+          }],
         },
       },
       [t, ...lines.map((line) => line.values)] as unknown as uPlot.AlignedData,
       this.box,
     );
+  }
+
+  /** Other parts with a background; lines and view stay. */
+  mark(shades: Shade[]): void {
+    this.shades = shades;
+    this.plot?.redraw(false);
   }
 
   protected whole(): void {

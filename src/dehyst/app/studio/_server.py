@@ -304,11 +304,15 @@ def _line(event: dict[str, Any]) -> str:
 
 
 def _shown(words: list[str], folder: Path) -> str:
-    """The same in a terminal: what lies in the temporary folder is named as it would be elsewhere."""
-    named = [word.replace(str(folder), "").rpartition("/")[2] if str(folder) in word else word for word in words]
-    flags = [f"{word.partition('=')[0]}={bare}" if "=" in word and bare != word else bare
-             for word, bare in zip(words, named, strict=True)]  # fmt: skip
-    return typed(["dehyst", *(word for word in flags if word not in ("--", "--json"))])
+    """The same in a terminal: what lies in the temporary folder has its bare name."""
+
+    def bare(word: str) -> str:
+        flag, _, path = word.rpartition("=")
+        return f"{flag}={Path(path).name}".lstrip("=") if folder in Path(path).parents else word
+
+    cut = words.index("--")
+    options = [bare(word) for word in words[1:cut] if word != "--json"]
+    return typed(["dehyst", words[0], *map(bare, words[cut + 1 :]), *options])
 
 
 def _ended(studio: Studio, event: dict[str, Any], written: Mapping[str, Path]) -> dict[str, Any]:
@@ -324,9 +328,9 @@ def _ended(studio: Studio, event: dict[str, Any], written: Mapping[str, Path]) -
     kept = {}
     for name, path in written.items():
         if path.is_dir():
-            kept["folder"] = studio.keep(path)
-            called = path.with_name(f"{result['name']}-{result['what']}")
-            kept["zip"] = studio.keep(Path(shutil.make_archive(str(called), "zip", path.parent, path.name)))
+            named = path.rename(path.with_name(str(result["name"])))
+            kept["folder"] = studio.keep(named)
+            kept["zip"] = studio.keep(Path(shutil.make_archive(str(named), "zip", named.parent, named.name)))
         elif path.exists():
             kept[name] = studio.keep(path)
     return {"result": result, "files": kept}
