@@ -75,9 +75,10 @@ proofs: $(VENV)/installed-proofs
 proofs-quick: $(VENV)/installed-proofs
 	$(BIN)/python proofs/run.py --quick
 
-# Wheels for x86-64 and ARM64 that need no compiler where they are installed, by zig; each is tried where there is none.
+# Wheels for x86-64 and ARM64 that need no compiler where they are installed, by zig; each is tried where there is none,
+# those for ARM64 if ARM64 names folders with a Python for it (CONTRIBUTING.md).
 wheels: $(VENV)/installed-wheels
-	$(BIN)/python wheels/make.py
+	$(BIN)/python wheels/make.py $(if $(ARM64),--arm64 $(ARM64))
 
 # Installed again whenever a source file of the package is newer than the installation.
 SOURCES = $(shell find src core plant engine reviewed -type f ! -name '*.pyc') CMakeLists.txt pyproject.toml constraints.txt

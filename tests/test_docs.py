@@ -224,6 +224,10 @@ def test_every_public_name_and_every_member_of_the_stepper_is_in_the_reference()
     page = generated("reference/python.md")
     assert all(f"### dehyst.{name}\n" in page for name in dehyst.__all__ if not name.startswith("_"))
     assert all(f"`step.{name}" in page for name in python_names.stepper_names())
+    assert "| `.from_frame(" in page and "| `.to_frame(" in page  # a class's method as an instance's
+    for path in (Path(dehyst.__file__).parent / "neighbours").glob("[a-z]*.py"):
+        for name in re.findall(r"(?m)^(?:def|class) ([A-Za-z]\w*)", path.read_text(encoding="utf-8")):
+            assert f"### dehyst.neighbours.{path.stem}.{name}\n" in page
 
 
 def keys_of(value: Any, free: tuple[str, ...] = ("runs",)) -> set[str]:

@@ -1,13 +1,13 @@
 """Wheels that need no compiler where they are installed: built by zig, repaired, described, and tried.
 
-python wheels/make.py [--out dist] [--only x86_64 aarch64] [--arm64 ROOT] [--no-try]
+python wheels/make.py [--out dist] [--only x86_64 aarch64] [--arm64 ROOT ...] [--no-try]
 
 Makes the sdist, and of it a wheel for each processor and interpreter: for Python 3.11, and where a newer one is on the
 path one for all from 3.12 on (abi3). They run with glibc 2.17 (manylinux2014) or newer. Into each go the bill of
 materials (PEP 770) and the licences of what is linked into it. Each is then installed without an index into an
 environment without a compiler, where dehyst identifies, exports, verifies and reproduces. Those for ARM64 are run by
-qemu where ROOT holds Debian's packages of Python for it, unpacked (CONTRIBUTING.md); otherwise only auditwheel has
-looked at them.
+qemu where a ROOT holds Debian's packages of a Python that takes them, unpacked (CONTRIBUTING.md); otherwise only
+auditwheel has looked at them.
 """
 
 from __future__ import annotations
@@ -128,9 +128,15 @@ def try_here(wheel: Path, python: str) -> None:
         print(f"environment: {alone / 1e6:.0f} MB, with the robot {(size(clean) - before) / 1e6:.0f} MB")
 
 
-def try_arm64(wheel: Path, root: Path) -> None:
-    """Use a wheel for ARM64 under qemu, with the Python below `root`."""
-    python = next(iter(sorted((root / "usr" / "bin").glob("python3.*[0-9]"))))
+def arm64_python(wheel: Path, roots: Sequence[Path]) -> Path | None:
+    """Return a Python below one of the roots that takes the wheel: 3.11 its own, 3.12 and later the one for all."""
+    found = [python for root in roots for python in sorted((root.resolve() / "usr" / "bin").glob("python3.*[0-9]"))]
+    return next((one for one in found if (one.name == "python3.11") == ("-cp311-cp311-" in wheel.name)), None)
+
+
+def try_arm64(wheel: Path, python: Path) -> None:
+    """Use a wheel for ARM64 under qemu, with a Python that lies in `usr/bin` of a folder of its libraries."""
+    root = python.parents[2]
     with tempfile.TemporaryDirectory() as place:
         store, site, work = (Path(place) / name for name in ("store", "site", "work"))
         tags = [f"--platform=manylinux{name}_aarch64" for name in ("2014", "_2_17", "_2_27", "_2_28")]
@@ -157,7 +163,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--out", type=Path, default=ROOT / "dist", help="folder of the sdist and the wheels")
     parser.add_argument("--only", nargs="+", default=["x86_64", "aarch64"], help="processors")
-    parser.add_argument("--arm64", type=Path, help="folder with Debian's Python for ARM64, unpacked")
+    parser.add_argument("--arm64", nargs="+", type=Path, default=[], help="folders with a Python for ARM64 of Debian")
     parser.add_argument("--no-try", action="store_true", help="build only")
     given = parser.parse_args(arguments)
     given.out.mkdir(parents=True, exist_ok=True)
@@ -173,8 +179,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             break
         if processor == platform.machine():
             try_here(path, python)
-        elif processor == "aarch64" and given.arm64 and shutil.which("qemu-aarch64") and "cp311" in path.name:
-            try_arm64(path, given.arm64.resolve())
+        elif processor == "aarch64" and shutil.which("qemu-aarch64") and (arm64 := arm64_python(path, given.arm64)):
+            try_arm64(path, arm64)
         else:
             print(f"{path.name}: not run here; auditwheel has looked at what it links to")
     return 0

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import inspect
 import re
+import sys
 import types
+from functools import cached_property
 from typing import Any
 
 import dehyst
-from dehyst import models
+import dehyst.neighbours.benchmarks
+import dehyst.neighbours.control
+import dehyst.neighbours.scikit
+from dehyst import models, neighbours
 
 HEAD = """# Python
 
@@ -40,6 +45,12 @@ two kinds, `dehyst.models.Stepper` (dense) and `dehyst.models.StackStepper` (log
 | `step.parameters` | the model as the core takes it, for a joint controller |
 """
 
+NEIGHBOURS = """## Neighbours
+
+Models as other packages take them; each module is imported by its own name and needs its package
+([how](../how-to/use-with-other-packages.md)).
+"""
+
 
 def page() -> str:
     """Return the page."""
@@ -49,14 +60,20 @@ def page() -> str:
         parts.append(f"## Functions{title}\n")
         parts += [_entry(f"dehyst.{name}", getattr(dehyst, name)) for name in names if _is_function(name)]
         parts.append(f"## Classes{title}\n")
-        parts += [_class(name) for name in names if not _is_function(name)]
+        parts += [_class("dehyst", name) for name in names if not _is_function(name)]
     parts.append(STEPPER)
+    parts.append(NEIGHBOURS)
+    for module in (neighbours.control, neighbours.scikit, neighbours.benchmarks):
+        home = module.__name__
+        for name, thing in vars(module).items():
+            if not name.startswith("_") and getattr(thing, "__module__", "") == home:
+                parts.append(_class(home, name) if inspect.isclass(thing) else _entry(f"{home}.{name}", thing))
     return "\n".join(parts)
 
 
 def _of_robot(name: str) -> bool:
     """Whether a public name belongs to the simulated robot rather than to models and logs."""
-    rooms = ("dehyst.robot.arm", "dehyst.control", "dehyst.robot.experiments", "dehyst.robot.report")
+    rooms = ("dehyst.robot", "dehyst.control")
     module = str(getattr(dehyst, name).__module__)
     return module.startswith(rooms) and module != "dehyst.control.block"
 
@@ -121,17 +138,20 @@ def _entry(name: str, thing: Any, heading: str = "###") -> str:
     )
 
 
-def _class(name: str) -> str:
-    kind = getattr(dehyst, name)
+def _class(module: str, name: str) -> str:
+    kind = getattr(sys.modules[module], name)
     rows = []
     for member in sorted(_members(kind)):
         value = inspect.getattr_static(kind, member)
-        if isinstance(value, property):
+        if isinstance(value, classmethod | staticmethod):
+            value = getattr(kind, member)
+        if isinstance(value, property | cached_property):
             rows.append(f"| `.{member}` | {_cell(_first_line(value))} |")
-        elif isinstance(value, types.FunctionType):
+        elif isinstance(value, types.FunctionType | types.MethodType):
             rows.append(f"| `{_call(member, value)}` | {_cell(_doc_of(kind, member))} |")
     table = "\n".join(["| member | meaning |", "|---|---|", *rows]) + "\n" if rows else ""
-    return f"{_entry(f'dehyst.{name}', kind)}\n{table}" if table else _entry(f"dehyst.{name}", kind)
+    entry = _entry(f"{module}.{name}", kind)
+    return f"{entry}\n{table}" if table else entry
 
 
 def _call(member: str, value: Any) -> str:
