@@ -207,7 +207,13 @@ def test_the_command_prints_a_table_draws_a_picture_and_a_page(run, log, tmp_pat
 def test_the_table_fits_eighty_columns_with_whole_names_and_says_where_there_is_no_inverse(run, log, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     status, out, _ = run("compare", log, *SIGNALS, "--families", "krasnoselskii-pokrovskii,generalised-bouc-wen,lugre")
-    table = [line.replace(" *", "").split() for line in out.splitlines() if re.match(r"\S+ (\* )?.* \d+\.\d\d$", line)]
+    assert "p in Python only" in out and not re.search(r"(?m)^krasnoselskii-pokrovskii( \*)? p ", out)
+    assert re.search(r"(?m)^generalised-bouc-wen( \*)? p ", out) and re.search(r"(?m)^lugre( \*)? p ", out)
+    table = [
+        line.replace(" *", "").replace(" p ", "").split()
+        for line in out.splitlines()
+        if re.match(r"\S+ (\* )?.* \d+\.\d\d$", line)
+    ]
     rows = {row[0]: row[1:] for row in table}
     assert status == 0 and "…" not in out
     assert set(rows) == {"krasnoselskii-pokrovskii", "generalised-bouc-wen", "lugre"}

@@ -102,6 +102,8 @@ def _print(found: Comparison, request: CompareRequest) -> None:
     out.print("rms, percent of the output's range (inverse: of the input's); * within noise of the best")
     if any(entry.family == found.auto.family for entry in found.entries):
         out.print("< what identify takes, which chooses without the held-out errors")
+    if any(not entry.exportable for entry in fitted):
+        out.print("p in Python only: no target can run it")
     said = found.notes
     if said:
         out.print()
@@ -116,7 +118,7 @@ def _print(found: Comparison, request: CompareRequest) -> None:
 
 def _row(entry: FamilyFit, taken: bool) -> tuple[str, ...]:
     return (
-        f"{entry.family}{' *' if entry.tied else ''}{' <' if taken else ''}",
+        f"{entry.family}{' *' if entry.tied else ''}{' <' if taken else ''}{'' if entry.exportable else ' p'}",
         "" if entry.test is None else _percent(entry.test.rmse_percent),
         "" if entry.train is None else _percent(entry.train.rmse_percent),
         _percent(entry.inverse_percent) if entry.invertible and entry.inverse_percent is not None else "none",

@@ -224,7 +224,7 @@ def _next(designed: _Designed, request: DesignRequest) -> str:
     return (
         f"bring the rig to {plan.middle:.4g}, run {quoted(request.out)}, log what it got and what it "
         f"did; then, judged on the part test:\n"
-        f"dehyst identify LOG --input COLUMN --output COLUMN --family direct-inverse --initial-state rest "
+        f"dehyst identify LOG --input COLUMN --output COLUMN "
         f"--from {first:.1f} --to {last:.1f} --train-fraction {fraction:.3f}\n"
         "(--from and --to for a log whose clock is 0 where the motion begins; if it begins at s seconds, add s to both)"
     )

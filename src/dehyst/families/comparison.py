@@ -103,6 +103,12 @@ class Comparison(Plotted):
         able = next((entry for entry in self.entries if entry.model is not None and entry.invertible), None)
         if not best.invertible and able is not None:
             said += f". The best with an inverse is {able.family}, {able.error_percent:.2f} %"
+        runs = next((entry for entry in self.entries if entry.exportable), None)
+        if not best.exportable:
+            said += f". {best.family} runs in Python only"
+            said += (
+                f": of those that can be exported {runs.family} errs least, {runs.error_percent:.2f} %" if runs else ""
+            )
         return f"{said}."
 
     @property

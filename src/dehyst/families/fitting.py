@@ -109,6 +109,11 @@ class FamilyFit:
         return self.model is not None and not self.no_inverse
 
     @property
+    def exportable(self) -> bool:
+        """Whether there is a model and a target can run it or its inverse; else it runs in Python only."""
+        return self.model is not None and not self.model.no_export
+
+    @property
     def free_parameters(self) -> int:
         """Number of identified values."""
         return self.parameters
@@ -134,6 +139,7 @@ class FamilyFit:
             "invertible": self.invertible,
             "inverse_percent": self.inverse_percent,
             "no_inverse": self.no_inverse,
+            "exportable": self.exportable,
             "start": self.start,
             "seed": self.seed,
             "tied": self.tied,

@@ -166,6 +166,7 @@ HEAD = (
     "parameters",
     "fit [s]",
     "inverse exists",
+    "exported",
     "start",
     "seed",
 )
@@ -182,6 +183,7 @@ def _table(found: Comparison) -> Table:
             str(entry.parameters),
             f"{entry.seconds:.2f}",
             "yes" if entry.invertible else "no",
+            "yes" if entry.exportable else "no: Python only",
             entry.start,
             "" if entry.seed is None else str(entry.seed),
         )
