@@ -108,7 +108,7 @@ def recording(log: Log, run: str, data: Path) -> Recording:
 
 def loops_of(mechanism: str) -> Recording:
     """The log from which the paper's compensator of joint 1 is identified: nested loops, seen and unseen ones."""
-    robot = dehyst.load_robot(changes={"hysteresis.mechanism": mechanism})
+    robot = dehyst.load_robot(conditions="kind", changes={"hysteresis.mechanism": mechanism})
     with tempfile.TemporaryDirectory() as folder:
         found = dehyst.identify_joint(robot, 1, dehyst.calibrate(robot, 1), Path(folder))
     x, y, t = (found.log[name] for name in ("sheared_bar", "angle_rad", "time_s"))

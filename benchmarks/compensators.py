@@ -42,8 +42,8 @@ def parts(quick: bool) -> dict[str, Part]:
 def prepared(plant: str, options: argparse.Namespace, number: int) -> Alone:
     """A joint of a plant, calibrated and identified."""
     changes = {key: json.loads(value) for key, value in (change.split("=", 1) for change in options.change)}
-    robot = load_robot(changes={"hysteresis.mechanism": plant, **changes})
-    return identified_alone(robot, plan_path(load_robot()), number, options.seed)
+    robot = load_robot(conditions="kind", changes={"hysteresis.mechanism": plant, **changes})
+    return identified_alone(robot, plan_path(load_robot(conditions="kind")), number, options.seed)
 
 
 def measured(plant: str, options: argparse.Namespace) -> list[Figure]:

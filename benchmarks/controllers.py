@@ -1,4 +1,4 @@
-"""Compensator x controller x plant on joint 1 alone: errors in the trials, numbers to tune, cost of a tick.
+"""Compensator x controller x plant on joint 1 of the kind arm alone: errors, numbers to tune, cost of a tick.
 
 python benchmarks/controllers.py [--plants maxwell-slip preisach dahl none] [--seeds 0 1 2] [--trials slow ...]
     [--controllers paper vo-minh ...] [--compensators paper maxwell-slip best] [--joint 1] [--arm] [--json FILE]
@@ -66,7 +66,7 @@ def measured(options: argparse.Namespace, plant: str, seed: int) -> dict[str, di
             seed=seed,
             trials=options.trials,
             compensators=("off", *options.compensators),
-            run_settings={"controller": name},
+            run_settings={"controller": name, "conditions": "kind"},
         )
     return found
 

@@ -1,8 +1,8 @@
 """Gain or compensator: rms error of joints over the pole of their loops, up to the highest that has its margins.
 
 python benchmarks/gains.py [--conditions kind realistic] [--mechanisms maxwell-slip preisach dahl] [--seeds 0]
-    [--moving 1 2 4 | --moving 1+2+4] [--poles 6 12 18 24 36] [--trials slow ...] [--without EFFECT ...] [--jobs 2]
-    [--out docs/generate/gains.csv]
+    [--moving 1 2 4 | --moving 1+2+4] [--poles 6 12 18 24 36] [--trials slow ...] [--without EFFECT ...] [--once]
+    [--jobs 2] [--out docs/generate/gains.csv]
 
 Calibrated, identified and run as `dehyst reproduce --quick` does, without compensator, with the paper's and with the
 best, in three trials; a joint alone, or joints with + between them together, the others locked. Poles beyond the
@@ -97,17 +97,19 @@ def equipped(robot: Robot, joints: tuple[int, ...], seed: int) -> dict[str, Equi
     return {"off": equip(robot, calibrated, {}, seed), **kits}
 
 
-def measured(case: Case, poles: list[float], trials: list[str]) -> Iterator[Row]:
-    """Rows of a case: at the given poles, and at the highest one with and without compensator."""
+def measured(case: Case, poles: list[float], trials: list[str], once: bool) -> Iterator[Row]:
+    """Rows of a case: at the given poles, and at the highest one with and without compensator, or `once`: without."""
     conditions, mechanism, moving, seed = case
     joints = tuple(map(int, moving.split("+")))
     robot = robot_of(conditions, mechanism)
     path = plan_path(load_robot(changes=QUICK))  # the same for all
+    highest = float("nan")  # not even the paper's pole has the margins
     for name, kit in equipped(robot, joints, seed).items():
-        try:
-            highest = highest_pole(robot, kit, joints, name)
-        except ParameterError:
-            highest = float("nan")  # not even the paper's pole has the margins
+        if not once or name == "off":
+            try:
+                highest = highest_pole(robot, kit, joints, name)
+            except ParameterError:
+                highest = float("nan")
         for pole in [*(pole for pole in poles if not pole > BEYOND * highest), highest]:
             for trial in trials:
                 try:
@@ -128,6 +130,7 @@ def main() -> int:
     parser.add_argument("--poles", nargs="+", type=float, default=[6.0, 12.0, 18.0, 24.0, 36.0])
     parser.add_argument("--trials", nargs="+", default=list(TRIALS), choices=TRIALS)
     parser.add_argument("--without", nargs="+", default=[], choices=list(EFFECTS), help="of the realistic plant")
+    parser.add_argument("--once", action="store_true", help="search the highest pole without compensator, for all")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--out", type=Path, default=OUT)
     options = parser.parse_args()
@@ -142,7 +145,7 @@ def main() -> int:
         options.out.write_text(",".join(COLUMNS) + "\n", encoding="utf-8")
     wanted = [case for seed, c, m, n in cases if (case := (c, m, n, seed)) not in done]
     with ThreadPoolExecutor(options.jobs) as pool:  # the simulation does not hold Python's lock
-        for rows in pool.map(lambda case: list(measured(case, options.poles, options.trials)), wanted):
+        for rows in pool.map(lambda case: list(measured(case, options.poles, options.trials, options.once)), wanted):
             with options.out.open("a", encoding="utf-8", newline="") as file:
                 csv.writer(file, lineterminator="\n").writerows(rows)
             print(*rows[0][:4], "done", flush=True)

@@ -28,7 +28,7 @@ EVERY = 20  # rows of 0.1 s of a rest that become one
 
 def measured(plant: str, seed: int) -> dict[str, Any]:
     """All figures of a plant."""
-    robot = load_robot(changes={"hysteresis.mechanism": plant})
+    robot = load_robot(conditions="kind", changes={"hysteresis.mechanism": plant})
     joint = identified_alone(robot, plan_path(robot), seed=seed)
     found: dict[str, Any] = {}
     for name, one in (("off", without(joint)), ("on", joint)):

@@ -23,7 +23,7 @@ from dehyst.robot.experiments.plant_fit import ALIKE, ALL, UNITS, PlantFit, RigL
 from dehyst.robot.muscles import measured
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
-FILE = load_robot()
+FILE = load_robot(conditions="kind")
 DRAWN = (
     "map.tool.coefficients", "muscle.dmsp40.hysteresis_N", "hysteresis.pressure_share", "hysteresis.asymmetry",
     "muscle.dmsp40.viscous_force_N", "muscle.dmsp40.creep_force_N", "muscle.dmsp40.creep_pressure_N_bar",

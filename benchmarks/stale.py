@@ -1,8 +1,8 @@
 """Sixteen changes of a joint after its identification: rms error with a compensator over that without.
 
-python benchmarks/stale.py [--joint 1] [--seed 0] [--only "hysteresis gone" "payload 2 kg"]
+python benchmarks/stale.py [--joint 1] [--seed 0] [--conditions realistic] [--only "hysteresis gone" "payload 2 kg"]
 
-Identified on the kind arm as it is; then the plant changes and the controller is told nothing. Slow trial at a fifth of
+Identified on the arm as it is; then the plant changes and the controller is told nothing. Slow trial at a fifth of
 the speed, fast trial with two cycles. Beside each figure: what the controller says there is of the hysteresis, and its
 flags, S (stale) and O (an offset). Status 1 if `best` is above 1.05 of off.
 """
@@ -51,7 +51,7 @@ def measured(known: Robot, name: str, number: int, seed: int) -> list[str]:
     plant = known.with_changes(changes)
     told = known.with_changes({key: value for key, value in changes.items() if key.startswith(TOLD)})
     wanted = {one: recipe(one) for one in ("paper", "best")}
-    prepared = point._prepared(told, SHORT, wanted, number, "joint", seed)
+    prepared = point._prepared(told, told, wanted, number, "joint", seed)
     path, cells = plan_path(known), []
     for trial in ("slow", "fast"):
         off = 0.0
@@ -71,11 +71,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--joint", type=int, default=1)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--conditions", default="realistic", choices=["kind", "realistic"])
     parser.add_argument("--only", nargs="+", default=list(CHANGES), choices=list(CHANGES))
     options = parser.parse_args()
     warnings.simplefilter("ignore", UserWarning)  # flags are in the table
-    known, bad = load_robot(changes=SHORT), False
-    print(f"joint {options.joint} | slow: paper | best | fast: paper | best")
+    known, bad = load_robot(changes=SHORT, conditions=options.conditions), False
+    print(f"{options.conditions}, joint {options.joint} | slow: paper | best | fast: paper | best")
     for name in options.only:
         cells = measured(known, name, options.joint, options.seed)
         bad = bad or max(float(cell.split()[0]) for cell in cells[1::2]) > 1.05

@@ -6,10 +6,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from dehyst.control import InverseCompensator
+from dehyst.control import FLAGS, InverseCompensator
 from dehyst.errors import OutputError, ParameterError, SimulationError
+from dehyst.robot.arm.arm import Reference
+from dehyst.robot.experiments.calibration import refuse_failed
 from dehyst.robot.experiments.point import _unknown_history
-from dehyst.robot.experiments.trials import LOG_S, run_trial
+from dehyst.robot.experiments.trials import LOG_S, run_trial, trial_arm
 from experiment_samples import FASTER, PLANTS, equipment, identified, path, rms, robot, trial
 
 LIMITS = {"fast": 0.50, "slow": 0.40, "slow_no_integrator": 0.25}  # rms with the compensator over rms without
@@ -179,5 +181,24 @@ def test_what_cannot_be_is_refused(arguments, words):
 
 def test_a_controller_that_fails_safe_gives_no_figures():
     told = replace(equipment().controllers[1], pressure_jump=100.0)  # [Pa], less than the noise
-    with pytest.raises(SimulationError, match=r"joint 1 failed safe.*pressure_jump_bar"):
+    with pytest.raises(SimulationError, match=r"joint 1 failed safe at .*noise alone.*pressure_jump_bar") as caught:
         short("fast", "off", controllers={1: told})
+    assert "angle_jump" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("flags", "words", "not_said"),
+    [
+        (("angle-fault",), "its angle was further than .* raise controller.angle_jump_deg", "pressure 1"),
+        (("pressure-fault-2",), "pressure 2 changed by .*frozen_samples", "angle_jump"),
+        (("angle-fault", "valve-limit"), "limits in 50 % .* oscillates, .*pole_1_s", "angle_jump"),
+    ],
+)
+def test_a_failure_is_blamed_on_what_the_flags_of_its_joint_say(flags, words, not_said):
+    arm = trial_arm(robot(), equipment(), "fast", (1,))
+    log = arm.run(Reference.pressures(0.01, *np.zeros((3, 5, 1))), every_s=0.01)
+    log.flags[2:] = FLAGS["failed"] + sum(FLAGS[name] for name in flags)
+    log.flags[0] = FLAGS["valve-limit"]  # one of the two seconds before
+    with pytest.raises(SimulationError, match=f"joint 1 failed safe.*{words}") as caught:
+        refuse_failed(arm, replace(log, time=np.arange(len(log.time)) * 1.0))
+    assert not_said not in str(caught.value)

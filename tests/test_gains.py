@@ -40,7 +40,7 @@ def test_the_observer_follows_the_pole_and_is_never_slower_than_the_robots():
 
 
 def test_a_joint_that_nothing_holds_and_one_without_controller_are_refused():
-    robot, equipment = told(changes={"simulation.command_delay_s": 0.025})
+    robot, equipment = told(conditions="kind", changes={"simulation.command_delay_s": 0.025})
     with pytest.raises(ParameterError, match="joint 1: a pole of 6 1/s oscillates already"):
         highest_pole(robot, equipment, (1,))
     with pytest.raises(ParameterError, match=r"joint 2 has no controller in the equipment, only \[1\]"):

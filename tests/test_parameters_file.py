@@ -125,7 +125,7 @@ def test_a_file_that_extends_the_default_needs_only_what_differs(tmp_path):
     file.write_text('extends = "default"\nname = "mine"\n[joint.1]\nradius_m = 0.04\n', encoding="utf-8")
     robot = load_robot(file)
     assert (robot.name, robot.joint(1).radius) == ("mine", 0.04)
-    assert robot == load_robot(conditions="kind", changes={"name": "mine", "joint.1.radius_m": 0.04})
+    assert robot == load_robot(changes={"name": "mine", "joint.1.radius_m": 0.04})
 
 
 def test_the_packaged_file_alone_is_complete(tmp_path):

@@ -259,5 +259,35 @@ def test_the_conditions_of_the_packaged_arm_are_chosen_by_name(tmp_path):
 
     robot = command._robot(ReproduceRequest(quick=True, conditions="realistic", out=tmp_path))
     assert robot == load_robot(conditions="realistic").with_changes(QUICK)
-    line = command._line(ReproduceRequest(quick=True, conditions="realistic", out=tmp_path))
-    assert "--conditions realistic" in line
+    assert command._robot(ReproduceRequest(quick=True, out=tmp_path)) == robot  # where nothing is said
+    line = command._line(ReproduceRequest(quick=True, conditions="kind", out=tmp_path))
+    assert "--conditions kind" in line
+
+
+def test_robot_conditions_and_poles_stand_below_the_table(finished):
+    said = " ".join(finished[1].split())
+    assert "on the seven-joint arm with pneumatic muscles, realistic plant, pole 6 1/s, of joint 6 25" in said
+
+
+def test_a_lost_trial_takes_no_other_with_it_and_is_named_with_its_cause(tmp_path, monkeypatch, capsys):
+    from dehyst.errors import SimulationError
+    from dehyst.robot.experiments import reproduce as experiment
+
+    def one_is_lost(robot, path, kit, trial, name, **more):
+        if (trial, name) == ("fast", "off"):
+            raise SimulationError("joint 1 went to 93 deg, its range ends at 40 deg")
+        return learned(robot, path, kit, trial, name, **more)
+
+    learned = experiment.learned_trial
+    monkeypatch.setattr(experiment, "learned_trial", one_is_lost)
+    monkeypatch.setattr(command, "QUICK", {**SHORTEST, "homing.range_share": 0.3})
+    rig = Path(__file__).parents[1] / "examples" / "rigs" / "one_joint.toml"
+    words = ["--quick", "--robot", rig, "--plant", "dahl", "--out", tmp_path / "out"]
+    status, out, err = dehyst_reproduce(monkeypatch, capsys, *words)
+    assert status == 0 and "lost" in next(line for line in out.splitlines() if "fast" in line)
+    assert "dahl, seed 0, fast, off: lost, joint 1 went to 93 deg" in " ".join(err.split())
+    assert "one_joint.toml" in out and "Warning:" not in err
+    plant = json.loads((tmp_path / "out" / "figures.json").read_text())["plants"]["dahl"]
+    assert set(plant["joints"]["1"]["trials"]["fast"]) == {"paper"} and len(plant["remarks"]) >= 1
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "1 trial ended early and has no figures" in page and "its range ends at 40 deg" in page

@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 
 from dehyst.errors import DehystError, ParameterError
 from dehyst.robot.arm import load_robot
+from dehyst.robot.experiments.point import evaluate_point
 from dehyst.robot.experiments.sweep import expand, load_sweep
 from dehyst.robot.experiments.sweep.spec import parse_sweep
+from dehyst.robot.experiments.sweep.workers import task_of
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "sensitivity.toml"
 SIZE = '[[study]]\nname = "size"\n'
@@ -92,7 +94,20 @@ def test_a_robot_of_ones_own_is_what_is_changed(tmp_path):
     spec = load_sweep(tmp_path / "s.toml")
     assert spec.keys.nominal["hysteresis.scale"] == 1.25
     changes = {**spec.keys.foreign, **expand(spec)[0].changes}
-    assert load_robot(conditions="kind", changes=changes) == load_robot(tmp_path / "my.toml", {"hysteresis.creep": 0.0})
+    assert load_robot(changes=changes) == load_robot(tmp_path / "my.toml", {"hysteresis.creep": 0.0})
+
+
+def test_conditions_of_the_arm_come_from_the_robots_file_or_are_set(tmp_path):
+    (tmp_path / "my.toml").write_text('extends = "kind"\n[hysteresis]\nscale = 1.25\n')
+    (tmp_path / "s.toml").write_text('robot = "my.toml"\n' + SIZE)
+    spec = load_sweep(tmp_path / "s.toml")
+    task = task_of(spec, expand(spec)[0], evaluate_point)
+    conditions = task.settings["run_settings"]["conditions"]
+    kind = load_robot(tmp_path / "my.toml", expand(spec)[0].changes)
+    assert conditions == "kind" and load_robot(changes=task.changes, conditions=conditions) == kind
+    set_ = sweep('[set]\nconditions = "kind"\n' + SIZE)
+    told = [task_of(each, expand(each)[0], evaluate_point).settings["run_settings"] for each in (set_, sweep(SIZE))]
+    assert [one["conditions"] for one in told] == ["kind", "realistic"]
 
 
 def test_the_example_is_the_sensitivity_table_of_the_three_mechanisms():

@@ -151,7 +151,7 @@ def prepared(
         raise ParameterError(f"no plant '{plant}'. There are: {', '.join(PLANTS)}.", plant=plant)
     factory = PLANTS[plant]
     named = {} if factory else {"hysteresis.mechanism": plant}
-    robot = load_robot(changes={**named, **(changes or {})})
+    robot = load_robot(conditions="kind", changes={**named, **(changes or {})})
     characteristic = calibrate(robot, number, seed=seed, mechanisms=factory)
     wanted = {name: (recipe(name), characteristic) for name in compensators}
     with tempfile.TemporaryDirectory() as folder:

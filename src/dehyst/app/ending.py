@@ -9,6 +9,7 @@ import signal
 import sys
 import threading
 import traceback
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from enum import IntEnum
@@ -17,6 +18,7 @@ from typing import NoReturn, TextIO
 
 from dehyst.errors import DehystError
 from dehyst.files import FULL
+from dehyst.shell import visible_lines
 
 STOPPED = "stopped; files that were complete are kept, none is half written\n"
 AGAIN = 0.005  # s from an interrupt that was swallowed to its repetition
@@ -59,6 +61,7 @@ def end(work: Callable[[], object]) -> NoReturn:
     """Do the work of a command line and leave with the status that tells how it ended."""
     _open_closed_streams()
     _write_whole()
+    _tell_warnings()
     try:
         status = _status_after(work)
         sys.stdout.flush()
@@ -73,6 +76,26 @@ def end(work: Callable[[], object]) -> NoReturn:
     if status in (Status.STOPPED, Status.UNREAD, Status.LOST):
         _drop_unwritten(sys.stdout)
     sys.exit(status)
+
+
+def _tell_warnings() -> None:
+    """A warning is a sentence on the error stream, without file, line and class of who gave it."""
+    shown = warnings.showwarning
+
+    def told(
+        message: Warning | str,
+        category: type[Warning],
+        filename: str,
+        lineno: int,
+        file: TextIO | None = None,
+        line: str | None = None,
+    ) -> None:
+        if issubclass(category, UserWarning):
+            _say(visible_lines(f"warning: {message}") + "\n")
+        else:
+            shown(message, category, filename, lineno, file, line)
+
+    warnings.showwarning = told
 
 
 def _cure(fault: OSError) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
@@ -25,8 +26,10 @@ from dehyst.robot.experiments.output import as_json, log_folder, log_names, mean
 from dehyst.robot.experiments.reproduce import PLANTS, Request, reproduce
 from dehyst.robot.experiments.results import Reproduction
 from dehyst.robot.report import write_reproduction_report
+from dehyst.robot.report.words import run_on
 from dehyst.shell import typed
 
+MOST_REMARKS = 12  # on the terminal
 LONG = 0.2  # share of a trial at a limit that is worth a warning
 QUICK: dict[str, object] = {
     "calibration.mean_pressures_bar": [2.2, 3.8],
@@ -51,9 +54,11 @@ def run_reproduce(request: ReproduceRequest) -> None:
     if request.json is not None and request.json.parent != request.out:
         refuse_unwritable(request.json)
     robot, experiment = _robot(request), _experiment(request)
-    with _shown_progress() as progress:
+    file = {} if request.robot is None else {"robot_file": request.robot.name}
+    with _shown_progress() as progress, warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r"\w+ trial, compensator ")  # said below, with plant and seed
         result = reproduce(robot, experiment, request.out / "logs", progress)
-        result = replace(result, settings={**result.settings, "command": _line(request)})
+        result = replace(result, settings={**file, **result.settings, "command": _line(request)})
         progress.stage("report", 1)
         write_reproduction_report(result, page, figures=request.figures, logs=_logs(result, request.out))
         progress.step()
@@ -159,12 +164,14 @@ def _print(result: Reproduction) -> None:
         for controller in controllers or [""]:
             joints = mean["controllers"][controller]["joints"] if controller else mean["joints"]
             for first, run, name in _rows(joints, names):
-                off, on = run["off"], run[name]
-                figures = f"{off['rms_deg']:.3f}", f"{on['rms_deg']:.3f}"
-                shares = (_share(on[key], off[key]) for key in ("rms_deg", "max_deg"))
+                off, on = run.get("off"), run.get(name)
+                figures = ("lost" if one is None else f"{one['rms_deg']:.3f}" for one in (off, on))
+                shares = (_share(on[key], off[key]) if on and off else "" for key in ("rms_deg", "max_deg"))
                 who = [*([controller] if controllers else []), *([name] if several else [])]
                 rows.append((plant, *first, *who, *figures, *shares))
     out.print(table(heads, rows, title=f"rms error in degrees without and with the compensator{whose}"))
+    if on := run_on(result):
+        out.print(f"on the {on}")
     for plant, found in result.plants.items():
         for name, one in found.identified.items():
             left_off = [str(n) for n, joint in one.items() if not joint.accepted]
@@ -185,8 +192,12 @@ def _rows(joints: Any, names: tuple[str, ...]) -> Iterator[tuple[tuple[str, str]
 
 
 def _print_limits(result: Reproduction) -> None:
-    """Say which joints had a valve or pressure at its limit for long: their figures are those of a saturated loop."""
+    """Say what joints met, and which had a valve or pressure at its limit for long: figures of a saturated loop."""
     names = FLAGS["valve-limit"], FLAGS["pressure-limit"]
+    remarks = [f"warning: {plant}, {said}" for plant, found in result.plants.items() for said in found.remarks]
+    more = len(remarks) - MOST_REMARKS
+    for text in remarks[:MOST_REMARKS] + ([f"warning: and {more} more, in the report."] if more > 0 else []):
+        terminal(stderr=True).print(text)
     for plant, found in result.plants.items():
         for run in found.runs:
             share = ((run.flags & (names[0] | names[1])) != 0).mean(axis=0)

@@ -203,7 +203,7 @@ class ReproduceRequest:
     seed: int | None = option("Run this seed only; without it 0, 1 and 2, with --quick 0.")
     cycles: int | None = option("Cycles of the path in every trial; 10 fast and 1 slow without it.")
     robot: Path | None = option()
-    conditions: str | None = option("kind: the plant's equations alone; realistic: with what a real arm adds to them.")
+    conditions: str | None = option("realistic, the default: with what a real arm adds; kind: the equations alone.")
     reference: Path | None = option("Log of angles to follow, time_s,joint1_deg,...; by default what the robot says.")
     out: Path = option("Folder for report and logs.", Path("reproduction"))
     figures: Path | None = option()

@@ -266,7 +266,7 @@ class Arm:
         self._plants: dict[int, _native.PneumaticJoint] = {}
         self._controls: dict[int, _native.JointController] = {}
         self._compensated: dict[int, tuple[_native.JointController, HysteresisModel | DirectInverse]] = {}
-        self._controllers = dict(controllers)
+        self.controllers = dict(controllers)
         self._laws = dict(laws or {})
         self.seed = seed
         self._believed = np.array([controllers[n].inertia if n in controllers else 0.0 for n in moving])
@@ -317,7 +317,7 @@ class Arm:
         direct inverse has followed the measured angle and needs no word.
         """
         for number, (control, model) in self._compensated.items():
-            told = self._controllers[number]
+            told = self.controllers[number]
             spent = model.moved(_dying_out(self.angles[self.moving.index(number)]))
             if spent is not None:
                 control.exchange(_native_model(spent), told.compensator_unit, told.shear)

@@ -21,7 +21,7 @@ from dehyst.robot.arm.tables import SPRING, Joint, Muscle, Tables, Valve
 PACKAGED = Path(__file__).with_name("arm.toml")
 REALISTIC = PACKAGED.with_name("realistic.toml")
 CONDITIONS: Mapping[str, Path | None] = {"kind": None, "realistic": REALISTIC}  # name -> changes to the packaged file
-DEFAULT = "kind"  # of these
+DEFAULT = "realistic"  # of these
 LACKS = (
     ', or write as the first line extends = "default": what is not in the file is taken from the packaged arm; or '
     'extends = "parts": the same, but for its joints and what belongs to them'
@@ -171,7 +171,7 @@ def load_robot(
     conditions
         Of the packaged arm. ``"kind"``: the equations alone. ``"realistic"``: with what a real joint adds, such as
         delays, compliance, backlash, valves and sensors that are off, and a supply that all joints share. None: those
-        that the file extends, or kind.
+        that the file extends, or realistic.
 
     Raises
     ------
@@ -324,15 +324,29 @@ def sources(file: Path | None = None) -> dict[str, str]:
 
 
 def changes_from_packaged(robot: Robot) -> dict[str, Any]:
-    """Return the values, by dotted key, in which a robot differs from the packaged one.
+    """Return the values, by dotted key, in which a robot differs from the packaged one of its `conditions_of`.
 
     Examples
     --------
     >>> changes_from_packaged(load_robot(changes={"hysteresis.scale": 1.5}))
     {'hysteresis.scale': 1.5}
     """
-    packaged = dict(_leaves(load_robot().values))
+    packaged = dict(_leaves(load_robot(conditions=conditions_of(robot)).values))
     return {key: value for key, value in _leaves(robot.values) if packaged.get(key) != value}
+
+
+def conditions_of(robot: Robot) -> str:
+    """Return the conditions of the packaged arm from which a robot differs in the fewest values.
+
+    Examples
+    --------
+    >>> conditions_of(load_robot()), conditions_of(load_robot(conditions="kind", changes={"joint.1.radius_m": 0.06}))
+    ('realistic', 'kind')
+    """
+    own = dict(_leaves(robot.values))
+    packaged = {name: dict(_leaves(load_robot(conditions=name).values)) for name in CONDITIONS}
+    unlike = {name: sum(own.get(k) != of.get(k) for k in {*own, *of}) for name, of in packaged.items()}
+    return min(CONDITIONS, key=lambda name: (unlike[name], name != DEFAULT))
 
 
 def _leaves(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -191,13 +191,58 @@ def excite(
 
 def refuse_failed(arm: Arm, log: ArmLog) -> None:
     """Refuse a log in which a controller failed safe: from there on it is of a joint that is switched off."""
-    failed = np.flatnonzero((log.flags & FLAGS["failed"]).any(axis=0))
-    if failed.size:
+    failed = (log.flags & FLAGS["failed"]) != 0
+    if failed.any():
+        row = int(np.argmax(failed.any(axis=1)))
+        column = int(np.argmax(failed[row]))
+        number, when = arm.moving[column], float(log.time[row])
         raise SimulationError(
-            f"the controller of joint {arm.moving[failed[0]]} failed safe: a sensor reading was not credible (flags "
-            f"{int(log.flags[-1, failed[0]])}). Raise controller.angle_jump_deg or pressure_jump_bar, or run slower.",
-            joint=arm.moving[failed[0]],
+            f"the controller of joint {number} failed safe at {when:.1f} s: {_why_failed(arm, log, row, column)}",
+            joint=number,
+            time=when,
         )
+
+
+OVERLOADED = 0.2  # share of the second before a failure at a limit of valves or pressures: that is its cause
+NOISY = 6.0  # times the noise: a jump that is smaller comes by chance
+
+
+def _why_failed(arm: Arm, log: ArmLog, row: int, column: int) -> str:
+    """Which reading was not credible, what had happened before, and what to change."""
+    robot, flags = arm.robot, int(log.flags[row, column])
+    control, sensors = robot.controller, robot.sensors
+    before = (log.time >= log.time[row] - 1.0) & (log.time <= log.time[row])
+    limited = (log.flags[before, column] & (FLAGS["valve-limit"] | FLAGS["pressure-limit"])) != 0
+    told, held = arm.controllers[arm.moving[column]], f"for more than {control.hold_samples} samples"
+    if flags & FLAGS["angle-fault"]:
+        jump = np.degrees(told.angle_jump)
+        what = (
+            f"{held} its angle was further than {jump:.3g} deg from what its model foretells, or stood still while "
+            f"that moved"
+        )
+        if told.angle_jump < told.angle_step:
+            return f"{what}. A step of its encoder alone is larger: raise controller.angle_jump_deg."
+        cure = "Calibrate the joint as it is now, take off what it does not know of, or raise controller.angle_jump_deg"
+    else:
+        muscles = [str(k) for k in (1, 2) if flags & FLAGS[f"pressure-fault-{k}"]]
+        jump = told.pressure_jump / BAR
+        what = (
+            f"{held} pressure {' and '.join(muscles)} changed by more than {jump:.3g} bar a period, or showed the same "
+            f"{control.frozen_samples} times"
+        )
+        noise = sensors.pressure_noise / BAR
+        if jump < NOISY * noise:
+            return (
+                f"{what}. The sensor's noise alone, {noise:.3g} bar rms, does that: raise controller.pressure_jump_bar."
+            )
+        cure = "Raise controller.pressure_jump_bar or frozen_samples"
+    if limited.mean() > OVERLOADED:
+        return (
+            f"{what}. In the second before, valves or pressures were at their limits in {100 * limited.mean():.0f} % "
+            f"of the time: its loop oscillates, or more pulls than its muscles can. Lower joint.{arm.moving[column]}"
+            f".pole_1_s (without it controller.pole_1_s), payload.mass_kg or the speed."
+        )
+    return f"{what}. {cure}."
 
 
 def home(arm: Arm, characteristics: Mapping[int, Characteristic]) -> ArmLog:

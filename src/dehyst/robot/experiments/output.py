@@ -80,11 +80,15 @@ def mean_figures(result: PlantResult) -> dict[str, Any]:
 def as_json(result: Reproduction) -> dict[str, Any]:
     """Return what ``dehyst reproduce --json`` writes.
 
-    ``plants``: plant -> ``joints`` and ``tool`` (means over the seeds) and ``seeds`` (the same for each);
+    ``plants``: plant -> ``joints`` and ``tool`` (means over the seeds), ``seeds`` (the same for each) and ``remarks``;
     ``real_time_factor``: the slowest plant's; ``settings``, ``studies``.
     """
     plants = {
-        name: {**mean_figures(plant), "seeds": {str(seed): _plain(one) for seed, one in plant.figures.items()}}
+        name: {
+            **mean_figures(plant),
+            "seeds": {str(seed): _plain(one) for seed, one in plant.figures.items()},
+            "remarks": list(plant.remarks),
+        }
         for name, plant in result.plants.items()
     }
     return {

@@ -81,14 +81,16 @@ def evaluate_point(
     settings = {**RUN_SETTINGS, **checked(RunSettings, run_settings or {}, "run settings")}
     if experiment not in ("joint", "arm"):
         raise ParameterError(f"experiment '{experiment}' does not exist; there are: joint, arm.")
-    robot = load_robot(changes=changes)
+    conditions = settings["conditions"]
+    robot = load_robot(changes=changes, conditions=conditions)
     path = _path(load_robot(changes=_without(changes, ("hysteresis", "tolerance", "controller.pole_1_s"))))
     run_on = _at_mean_pressure(robot, settings["run_mean_pressure_bar"])
     known = changes if settings["identified_on"] == "here" else _without_plant(changes)
     recipes = {name: _recipe(name, settings) for name in compensators}
     moving = (joint,) if experiment == "joint" else tuple(robot.joints)
-    told = _at_mean_pressure(load_robot(changes=known), settings["run_mean_pressure_bar"])
-    prepared = _prepared(told, known, recipes, joint, experiment, seed)
+    told = _at_mean_pressure(load_robot(changes=known, conditions=conditions), settings["run_mean_pressure_bar"])
+    base = load_robot(changes=_without(known, _LATER), conditions=conditions)
+    prepared = _prepared(told, base, recipes, joint, experiment, seed)
     figures: dict[str, float] = {}
     for name, chosen in recipes.items():
         equipment, found = prepared[name]
@@ -126,10 +128,9 @@ def _at_mean_pressure(robot: Robot, mean_bar: float) -> Robot:
 
 
 def _prepared(
-    robot: Robot, known: Mapping[str, object], recipes: Mapping[str, Recipe], joint: int, experiment: str, seed: int
+    robot: Robot, base: Robot, recipes: Mapping[str, Recipe], joint: int, experiment: str, seed: int
 ) -> dict[str, tuple[Equipment, dict[int, JointIdentification]]]:
-    """Calibrate and identify on the robot that is known, and make controllers for it, for every compensator."""
-    base = load_robot(changes=_without(known, _LATER))
+    """Calibrate and identify on the base, and make controllers for the robot that is known, for every compensator."""
     moving = (joint,) if experiment == "joint" else robot.pneumatic
     compensated = (joint,) if experiment == "joint" else robot.compensated
     calibrated = {n: _calibrated(base, n, seed) for n in moving}

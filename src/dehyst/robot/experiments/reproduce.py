@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -17,9 +17,9 @@ import numpy as np
 
 from dehyst.control import Compensator
 from dehyst.control.reviewed import CONTROLLERS, PAPER
-from dehyst.errors import ParameterError
+from dehyst.errors import ParameterError, SimulationError
 from dehyst.robot.arm.mechanisms import MechanismFactory
-from dehyst.robot.arm.parameters import Robot, changes_from_packaged, sources
+from dehyst.robot.arm.parameters import Robot, changes_from_packaged, conditions_of, sources
 from dehyst.robot.experiments.calibration import calibrate
 from dehyst.robot.experiments.equipment import (
     Equipment,
@@ -187,7 +187,7 @@ def reproduce(robot: Robot, request: Request, folder: Path, progress: Progress |
         studies = _studies(crew, cases, kits, found, path, request)
     motions = {trial: trial_motion(robot, path, trial) for trial in request.trials}
     return Reproduction(
-        plants={plant: _plant_result(plant, request, found, runs, motions) for plant in request.plants},
+        plants={plant: _plant_result(plant, request, found, runs, motions, robot) for plant in request.plants},
         compensator=request.compensators[-1],
         settings=_settings(robot, request),
         studies=studies,
@@ -206,6 +206,15 @@ class Case:
 Backbones = Mapping[tuple[Case, str], Mapping[int, Characteristic]]
 Identified = Mapping[tuple[Case, str], Mapping[int, JointIdentification]]
 Kits = Mapping[tuple[Case, str], Equipment]
+
+
+@dataclass(frozen=True)
+class Lost:
+    """A trial that ended early: a joint left its range, or a controller failed safe."""
+
+    trial: str
+    compensator: str
+    fault: SimulationError
 
 
 @dataclass(frozen=True)
@@ -310,19 +319,22 @@ def _trials(
     request: Request,
     folder: Path,
     controller: str,
-) -> dict[Case, list[tuple[TrialRun, float]]]:
+) -> dict[Case, list[tuple[TrialRun, float] | Lost]]:
     mcap = find_spec("rosbags") is not None
     without = _without(request)
     beside = "" if controller == request.controllers[0] else controller  # folder of the logs of another controller
 
-    def run(case: Case, robot: Robot, trial: str, name: str) -> tuple[TrialRun, float]:
+    def run(case: Case, robot: Robot, trial: str, name: str) -> tuple[TrialRun, float] | Lost:
         kit = kits[case, without if name == OFF else name]
         if request.own is not None:  # one a run: it has a memory
             own = {n: request.own(one) for n, one in identified[case, request.compensators[0]].items()}
             kit = replace(kit, own=own)
         passes = 0 if name == OFF else _recipe(request, name).passes
         used, kit = under_controller(robot, kit, controller)
-        found, speed = learned_trial(used, path, kit, trial, name, passes=passes)
+        try:
+            found, speed = learned_trial(used, path, kit, trial, name, passes=passes)
+        except SimulationError as fault:  # the others may hold
+            return Lost(trial, name, fault)
         write_trial(found, log_folder(folder, case.plant, case.seed, beside), mcap)  # while another thread simulates
         return found, speed
 
@@ -334,6 +346,9 @@ def _trials(
         for name in names
     }
     found = crew.do("trials" if request.controllers == (PAPER,) else f"trials, {controller}", jobs)
+    lost = [one for one in found.values() if isinstance(one, Lost)]
+    if len(lost) == len(found):
+        raise lost[0].fault
     return {case: [found[case, t, name] for t in request.trials for name in names] for case in cases}
 
 
@@ -363,11 +378,17 @@ def _plant_result(
     plant: str,
     request: Request,
     found: Identified,
-    under: Mapping[str, Mapping[Case, list[tuple[TrialRun, float]]]],
+    under: Mapping[str, Mapping[Case, list[tuple[TrialRun, float] | Lost]]],
     motions: Mapping[str, Timing],
+    robot: Robot,
 ) -> PlantResult:
     cases = {seed: Case(plant, seed) for seed in request.seeds}
-    first, runs = cases[request.seeds[0]], under[request.controllers[0]]
+    first = cases[request.seeds[0]]
+    done = {
+        name: {case: [one for one in of[case] if not isinstance(one, Lost)] for case in cases.values()}
+        for name, of in under.items()
+    }
+    runs = done[request.controllers[0]]
     return PlantResult(
         plant=plant,
         identifications=found[first, request.compensators[-1]],
@@ -379,12 +400,33 @@ def _plant_result(
                 motions,
                 request.joints,
             )
-            | _controllers(request, {name: [run for run, _ in one[case]] for name, one in under.items()}, motions)
+            | _controllers(request, {name: [run for run, _ in one[case]] for name, one in done.items()}, motions)
             for seed, case in cases.items()
         },
-        real_time_factor=float(np.median([factor for case in cases.values() for _, factor in runs[case]])),
+        real_time_factor=float(np.median([factor for of in runs.values() for _, factor in of] or [0.0])),
         identified={name: found[first, name] for name in request.compensators},
+        remarks=tuple(
+            f"{'' if len(under) == 1 else f'{name}, '}{said}"
+            for name, of in under.items()
+            for seed, case in cases.items()
+            for said in _remarks(robot, of[case], seed)
+        ),
     )
+
+
+def _remarks(robot: Robot, runs: Sequence[tuple[TrialRun, float] | Lost], seed: int) -> Iterator[str]:
+    """What joints met in the trials of a seed: trials that ended early, ranges left, models that do not fit."""
+    for one in runs:
+        if isinstance(one, Lost):
+            yield f"seed {seed}, {one.trial}, {one.compensator}: lost, {one.fault}"
+            continue
+        run = one[0]
+        where = f"seed {seed}, {run.trial}, {run.compensator}: "
+        for k, (number, joint) in enumerate(robot.joints.items()):
+            reached, allowed = np.degrees(np.abs(run.angle[:, k]).max()), np.degrees(joint.range)
+            if reached > allowed:
+                yield f"{where}joint {number} went to {reached:.1f} deg, beyond its range of {allowed:.3g} deg."
+        yield from (f"{where}{text}" for text in run.warnings)
 
 
 def _controllers(request: Request, runs: Mapping[str, list[TrialRun]], motions: Mapping[str, Timing]) -> dict[str, Any]:
@@ -404,6 +446,8 @@ def _settings(robot: Robot, request: Request) -> dict[str, Any]:
     alone = len(request.compensators) == 1
     used = robot.with_changes(_recipe(request, request.compensators[0]).changes if alone else {})
     return {
+        "robot": used.name,
+        "conditions": conditions_of(used),
         "parameters": used.values,
         "sources": sources(),
         "changes": changes_from_packaged(used),

@@ -20,6 +20,7 @@ from dehyst.data.plotted import Plotted
 from dehyst.fields import Key, entries
 from dehyst.identification import Fit
 from dehyst.models import DirectInverse, HysteresisModel
+from dehyst.robot.arm.parameters import CONDITIONS, DEFAULT
 
 TRIALS = ("fast", "slow", "slow_no_integrator")
 # Unexplained share: 0.1 to 0.4 where there is hysteresis, of 0.1 to 1 times the usual size, and 0.6 to 0.8 without.
@@ -48,6 +49,8 @@ class RunSettings:
         Repetitions from which an "ilc" learns; -1 for those of its recipe.
     controller
         Of the trials, see `dehyst.control.reviewed`.
+    conditions
+        Of the packaged arm, "realistic" or "kind"; see `load_robot`.
     """
 
     load: Annotated[float, Key("Nm", -1000.0, 1000.0)] = 0.0
@@ -57,6 +60,7 @@ class RunSettings:
     time_constants_factor: Annotated[float, Key("", 1e-3, 1000.0)] = 1.0
     passes: Annotated[int, Key("", -1, 1000)] = -1
     controller: Annotated[str, Key(choices=CONTROLLERS)] = PAPER
+    conditions: Annotated[str, Key(choices=tuple(CONDITIONS))] = DEFAULT
 
 
 RUN_SETTINGS: Mapping[str, Any] = MappingProxyType(
@@ -326,6 +330,9 @@ class PlantResult:
         Simulated time over wall time of a trial on one core.
     identified
         Compensator -> joint number -> identification, of the first seed.
+    remarks
+        What joints met in the trials of all seeds, a sentence each: trials without figures, lost because a joint left
+        its range or a controller failed safe; ranges left; models that did not fit.
     """
 
     plant: str
@@ -334,6 +341,7 @@ class PlantResult:
     figures: Mapping[int, Mapping[str, Any]]
     real_time_factor: float
     identified: Mapping[str, Mapping[int, JointIdentification]] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,7 @@ from dehyst.report.parts import Block, Figure, Page, Section, Table
 from dehyst.robot.experiments.results import PlantResult, Reproduction
 from dehyst.robot.report.about import Logs, about_section
 from dehyst.robot.report.arm import scene
+from dehyst.robot.report.baseline import baseline
 from dehyst.robot.report.hysteresis import joint_figures
 from dehyst.robot.report.hysteresis import others_figure as other_loops
 from dehyst.robot.report.numbers import joints_of, pair_of, trials_of
@@ -22,7 +23,7 @@ from dehyst.robot.report.studies import harm_studies, nothing_to_study, other_st
 from dehyst.robot.report.tables import acceptance, plant_tables
 from dehyst.robot.report.tool import tool_words
 from dehyst.robot.report.trials import tool_figure, trial_figures
-from dehyst.robot.report.words import about_plant, headline_of, lead, relation, shares, tiles, worse
+from dehyst.robot.report.words import about_plant, headline_of, lead, lost, met, relation, shares, tiles, worse
 
 
 def write_reproduction_report(
@@ -76,7 +77,7 @@ def write_reproduction_report(
         relation=relation(result),
         subject="the experiment reproduced",
         lead=lead(result),
-        more=tuple(filter(None, (worse(result),))),
+        more=tuple(filter(None, (lost(result), worse(result)))),
         summary=shares(result),
         tiles=shown,
         tiles_note=note,
@@ -97,6 +98,8 @@ def _sections(result: Reproduction, logs: Logs | None) -> tuple[Section | Figure
         overview_figure(result),
         compared_figure(result, about[0]) if about else None,
         acceptance(result),
+        baseline(result),
+        Section("met", "What the joints met", met(result)) if met(result) else None,
         *(_plant(result, plant, k) for k, plant in enumerate(result.plants.values())),
         rest_study(result),
         Section("harm", "Where compensation hurts", harm, studied) if harm else None,

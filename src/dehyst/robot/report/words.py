@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from dehyst.report.parts import Table, Tile
-from dehyst.report.text import between, count, listed, number, short
+from dehyst.report.text import between, count, listed, number, opened, short
 from dehyst.robot.experiments.results import PlantResult, Reproduction
 from dehyst.robot.report.numbers import (
     NO_HYSTERESIS,
@@ -46,6 +46,7 @@ def relation(result: Reproduction) -> str:
     controllers = [short(str(name), 20) for name in result.settings.get("controllers", ())]
     compensators = [short(name, 20) for name in result.compensators if name != result.compensator]
     said = [
+        run_on(result),
         _first_of("controller", controllers[:1], controllers[1:]),
         _first_of("compensator", [short(result.compensator, 40)], compensators),
         count(len(result.plants), "plant"),
@@ -53,6 +54,31 @@ def relation(result: Reproduction) -> str:
         f"joints {', '.join(map(str, joints_of(result)))}",
     ]
     return " · ".join(filter(None, said))
+
+
+def run_on(result: Reproduction) -> str:
+    """Return the robot, its file, its conditions and the poles of its loops; "" for a result that does not say."""
+    told = opened(result.settings)
+    pole = told.get("parameters.controller.pole_1_s")
+    file = f" ({short(str(told['robot_file']), 40)})" if "robot_file" in told else ""
+    said = [f"{short(str(told['robot']), 60)}{file}"] if "robot" in told else []
+    said += [f"{told['conditions']} plant"] if "conditions" in told else []
+    said += [f"pole {pole:g} 1/s"] if isinstance(pole, (int, float)) else []
+    for key, value in told.items() if said else ():
+        if key.startswith("parameters.joint.") and key.endswith(".pole_1_s"):
+            said.append(f"of joint {key.split('.')[2]} {value:g}")
+    return ", ".join(said)
+
+
+def met(result: Reproduction) -> tuple[str, ...]:
+    """Return what joints met in the trials, a sentence each, with its plant."""
+    return tuple(f"{short(name, 30)}, {said}" for name, plant in result.plants.items() for said in plant.remarks)
+
+
+def lost(result: Reproduction) -> str:
+    """Say how many trials were lost; "" if none was."""
+    trials = sum(": lost, " in said for said in met(result))
+    return f"{count(trials, 'trial')} ended early and {'has' if trials == 1 else 'have'} no figures." if trials else ""
 
 
 def _first_of(noun: str, first: Sequence[str], others: Sequence[str]) -> str:

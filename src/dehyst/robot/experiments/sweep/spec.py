@@ -46,6 +46,7 @@ from dehyst.errors import ParameterError
 from dehyst.fields import Key, checked, did_you_mean, dotted, read, shown
 from dehyst.files import document_of, text_of
 from dehyst.robot.arm import Robot, load_robot
+from dehyst.robot.arm.parameters import conditions_of
 from dehyst.robot.arm.tables import Tables
 from dehyst.robot.experiments.results import RUN_SETTINGS, TRIALS, RunSettings
 
@@ -73,7 +74,12 @@ class Keys:
         >>> Keys().nominal["hysteresis.scale"], Keys().nominal["initial_state"]
         (1.0, 'homed')
         """
-        return flatten(self.robot.values) | dict(RUN_SETTINGS)
+        return flatten(self.robot.values) | dict(RUN_SETTINGS) | {"conditions": self.conditions}
+
+    @cached_property
+    def conditions(self) -> str:
+        """Of the packaged arm, which this robot extends."""
+        return conditions_of(self.robot)
 
     @cached_property
     def names(self) -> frozenset[str]:
@@ -83,7 +89,7 @@ class Keys:
     @cached_property
     def foreign(self) -> Mapping[str, Any]:
         """Changes that make the packaged robot this one: whole tables by name."""
-        packaged = load_robot().values
+        packaged = load_robot(conditions=self.conditions).values
         return {name: table for name, table in self.robot.values.items() if table != packaged.get(name)}
 
     def checked(self, key: str, value: Any, where: str) -> Any:
@@ -296,7 +302,7 @@ def parse_sweep(document: Mapping[str, Any], name: str = "sweep.toml", folder: P
     """
     file = read(_File, document, name)
     keys = Keys() if file.robot is None else Keys(load_robot(folder / file.robot))
-    if load_robot(changes=keys.foreign) != keys.robot:
+    if load_robot(changes=keys.foreign, conditions=keys.conditions) != keys.robot:
         raise ParameterError(
             f"{name}: the robot '{file.robot}' has joints of its own, and a sweep changes those of the packaged arm. "
             f'Name a file that begins with extends = "default" and has no [body].',

@@ -67,7 +67,7 @@ def task_of(spec: SweepSpec, point: Point, evaluate: Evaluator) -> Task:
         "seed": point.seed,
         "trials": spec.trials,
         "compensators": spec.compensators,
-        "run_settings": point.run_settings,
+        "run_settings": point.run_settings | {"conditions": point.values.get("conditions", spec.keys.conditions)},
     }
     return Task(evaluate, {**spec.keys.foreign, **point.changes}, settings)
 
