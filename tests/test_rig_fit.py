@@ -175,9 +175,7 @@ def write_log(path, log, **columns):
 
 def test_the_file_written_keeps_what_it_said_and_takes_what_was_told(tmp_path, capsys):
     true, robot, out = drawn_robot(3), tmp_path / "rig.toml", tmp_path / "fitted.toml"
-    text = (
-        'extends = "kind"   # mine\n\n[muscle.dmsp40]\nlength_m = 0.4       # ruler\nhysteresis_N = 70.0  # guess\n'
-    )
+    text = 'extends = "kind"   # mine\n\n[muscle.dmsp40]\nlength_m = 0.4       # ruler\nhysteresis_N = 70.0  # guess\n'
     robot.write_text(text, encoding="utf-8")
     log = write_log(tmp_path / "bench.csv", bench(true, 3))
     run_rig(RigRequest("fit", robot, (log,), out=out, figure=tmp_path / "fit.svg"))
