@@ -189,6 +189,7 @@ export class TimePlot extends Figure {
         axes: this.axes(),
         legend: { markers: { width: 3 } },
         cursor: {
+          y: false,
           drag: { x: true, y: false, setScale: !this.onBrush },
           points: { size: 7 },
           ...(this.options.link ? { sync: { key: "dehyst" } } : {}),
