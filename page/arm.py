@@ -1,4 +1,4 @@
-"""Packs trials of the simulated arm for the page: `make demo`, then `python page/arm.py demo`; writes page/src/arm.json.
+"""Packs trials of the arm for the page: `make demo`, then `python page/arm.py demo`; writes page/src/arm.json.
 
 Every trial is thinned to a coarser clock and rounded to the steps below; what that changes at most, between the kept
 samples too, is measured and stands in the file, and on the page.
