@@ -4,6 +4,9 @@
 #include <string.h>
 
 #include "dehyst.h"
+#include "engine.h"
+#include "signal.h"
+#include "text.h"
 
 #define PAGE(name) __attribute__((export_name(#name), used))
 
@@ -67,4 +70,170 @@ PAGE(page_model_run) void page_model_run(page_model *m, int32_t samples, const d
 PAGE(page_model_states) void page_model_states(const page_model *m, double *z)
 {
     memcpy(z, m->state.z, (size_t)m->model.hysteresis.n * sizeof(double));
+}
+
+/* ---- What the package asks of its extension, for the same Python carried over (house.py): arrays as they are, int64
+ * indices as doubles. */
+static int64_t *whole(int32_t n, const double *values)
+{
+    int64_t *made = malloc((size_t)(n > 0 ? n : 1) * sizeof *made);
+    for (int32_t k = 0; made != NULL && k < n; k++) {
+        made[k] = (int64_t)values[k];
+    }
+    return made;
+}
+
+static void doubles(int64_t n, const int64_t *values, double *out)
+{
+    for (int64_t k = 0; k < n; k++) {
+        out[k] = (double)values[k];
+    }
+}
+
+PAGE(page_turning_points) int32_t page_turning_points(int32_t samples, const double *x, double swing, double *point)
+{
+    int64_t *found = malloc((size_t)(samples + 2) * sizeof *found);
+    if (found == NULL) {
+        return -1;
+    }
+    const int64_t count = engine_turning_points(samples, x, swing, found);
+    doubles(count, found, point);
+    free(found);
+    return (int32_t)count;
+}
+
+/* kept has room for the last row + 1; place for all rows. */
+PAGE(page_essential) int32_t page_essential(const double *x, int32_t rows, const double *row, double *kept, double *place)
+{
+    int64_t *wanted = whole(rows, row);
+    const size_t room = rows > 0 ? (size_t)row[rows - 1] + 1 : 1;
+    int64_t *found = malloc(room * sizeof *found), *places = malloc((size_t)(rows + 1) * sizeof *places);
+    int64_t count = -1;
+    if (wanted != NULL && found != NULL && places != NULL) {
+        count = engine_essential(x, rows, wanted, found, places);
+        doubles(count, found, kept);
+        doubles(rows, places, place);
+    }
+    free(wanted);
+    free(found);
+    free(places);
+    return (int32_t)count;
+}
+
+PAGE(page_bin_sums) void page_bin_sums(int32_t samples, const double *x, const double *y, const double *weight, int32_t bins,
+                                       double low, double high, double *sums)
+{
+    engine_bin_sums(samples, x, y, weight, bins, low, high, sums);
+}
+
+PAGE(page_plays) int32_t page_plays(int32_t n, const double *threshold, double *state, int32_t samples, const double *x,
+                                    int32_t rows, const double *row, double *out)
+{
+    int64_t *wanted = whole(rows, row);
+    const int failed = wanted == NULL || engine_plays(n, threshold, state, samples, x, rows, wanted, out);
+    free(wanted);
+    return failed;
+}
+
+PAGE(page_evaluator_new) engine_evaluator *page_evaluator_new(int32_t n, const double *threshold, const double *weight,
+                                                              double center, double offset, const double *state)
+{
+    return engine_evaluator_new(n, threshold, weight, center, offset, state);
+}
+PAGE(page_evaluator_free) void page_evaluator_free(engine_evaluator *e) { engine_evaluator_free(e); }
+PAGE(page_evaluator_run) int32_t page_evaluator_run(engine_evaluator *e, int32_t samples, const double *x, double *y)
+{
+    return (int32_t)engine_evaluator_run(e, samples, x, y);
+}
+
+PAGE(page_gram_new) engine_gram *page_gram_new(int32_t n, const double *threshold, const double *state, int32_t targets)
+{
+    return engine_gram_new(n, threshold, state, targets);
+}
+PAGE(page_gram_free) void page_gram_free(engine_gram *g) { engine_gram_free(g); }
+/* targets (m, samples), at most 64 of them; weight may be a null pointer. */
+PAGE(page_gram_add) int32_t page_gram_add(engine_gram *g, int32_t samples, const double *x, int32_t m, const double *targets,
+                                          const double *weight)
+{
+    const double *column[65] = {0};
+    for (int32_t j = 0; j < m && j < 64; j++) {
+        column[j] = targets + (size_t)j * (size_t)samples;
+    }
+    return (int32_t)engine_gram_add(g, samples, x, column, weight);
+}
+PAGE(page_gram_skip) int32_t page_gram_skip(engine_gram *g, int32_t samples, const double *x)
+{
+    return (int32_t)engine_gram_skip(g, samples, x);
+}
+PAGE(page_gram_take) void page_gram_take(engine_gram *g, double *sums) { engine_gram_take(g, sums); }
+PAGE(page_gram_only_targets) void page_gram_only_targets(engine_gram *g, int32_t only) { engine_gram_only_targets(g, only); }
+
+/* answer: kkt, condition, iterations, status. passive (n,) in and out. */
+PAGE(page_solve) int32_t page_solve(int32_t n, int32_t free_unknowns, int32_t plays, int32_t basis, const double *gram,
+                                    const double *rhs, const double *extra, const double *extra_rhs, const double *lower,
+                                    double target_norm, double *u, uint8_t *passive, double *answer)
+{
+    const engine_program program = {n, free_unknowns, plays, basis, gram, rhs, extra, extra_rhs, lower, target_norm};
+    engine_solution solution = {0};
+    const int failed = engine_solve(&program, u, passive, &solution);
+    answer[0] = solution.kkt;
+    answer[1] = solution.condition;
+    answer[2] = solution.iterations;
+    answer[3] = solution.status;
+    return failed;
+}
+
+PAGE(page_map_values) void page_map_values(int32_t n, const double *u, const double *v, int32_t samples, const double *x,
+                                           double *y)
+{
+    const dehyst_map map = {n, u, v};
+    for (int32_t k = 0; k < samples; k++) {
+        y[k] = dehyst_map_value(&map, x[k]);
+    }
+}
+
+PAGE(page_pi_invert) int32_t page_pi_invert(int32_t n, const double *r, const double *w, const double *z, double *ri,
+                                            double *wi, double *zi)
+{
+    return dehyst_pi_invert(n, r, w, z, ri, wi, zi);
+}
+
+PAGE(page_decay) double page_decay(double x) { return dehyst_decay(x); }
+
+/* ---- Tables in text */
+static double nearest(const char *number, size_t length, void *context)
+{
+    char text[512];
+    const size_t kept = length < sizeof text - 1 ? length : sizeof text - 1;
+    for (size_t k = 0; k < kept; k++) {
+        text[k] = number[k] == *(const char *)context ? '.' : number[k];
+    }
+    text[kept] = '\0';
+    return strtod(text, NULL);
+}
+
+PAGE(page_text_lines) double page_text_lines(const char *text, uint32_t size) { return (double)text_lines(text, size); }
+PAGE(page_text_offset) double page_text_offset(const char *text, uint32_t size, double lines)
+{
+    return (double)text_offset(text, size, (int64_t)lines);
+}
+PAGE(page_text_whole_lines) double page_text_whole_lines(const char *text, uint32_t size)
+{
+    return (double)text_whole_lines(text, size);
+}
+/* answer: rows, lines, bytes, column, empty, odd. */
+PAGE(page_text_read) void page_text_read(const char *text, uint32_t size, int32_t delimiter, int32_t decimal, int32_t missing,
+                                         int32_t width, const int32_t *letters, double line, double capacity, int64_t *row,
+                                         void *const *columns, double *answer)
+{
+    char sign = (char)decimal;
+    const text_format format = {(char)delimiter, sign, missing, 0, width, letters, nearest, &sign};
+    text_stop stop = {0};
+    stop.column = -1;
+    answer[0] = (double)text_read(&format, text, size, (int64_t)line, (int64_t)capacity, row, columns, &stop);
+    answer[1] = (double)stop.lines;
+    answer[2] = (double)stop.bytes;
+    answer[3] = stop.column;
+    answer[4] = stop.empty;
+    answer[5] = stop.odd;
 }
