@@ -22,7 +22,7 @@ ROOT = HERE.parent
 SHIPPED = ROOT / "src" / "dehyst" / "page" / "dehyst.html"
 LIMIT = 600_000
 
-sys.path.insert(0, str(ROOT / "src"))
+sys.path[:0] = [str(HERE), str(ROOT / "src")]
 
 
 def wasm(out: Path) -> bytes:
@@ -44,7 +44,14 @@ def wasm(out: Path) -> bytes:
     return out.read_bytes()
 
 
-def script(out: Path) -> str:
+def house() -> None:
+    """Carry the package's Python over to JavaScript."""
+    from house import MODULES, script  # page/house.py
+
+    (HERE / "house" / "house.js").write_text(script(MODULES), encoding="utf-8")
+
+
+def bundle(entry: str, out: Path) -> str:
     """Check the types and bundle the TypeScript."""
     if not (HERE / "node_modules" / "esbuild").is_dir():
         subprocess.run([_npm(), "ci", "--silent"], check=True, cwd=HERE)
@@ -52,7 +59,7 @@ def script(out: Path) -> str:
     subprocess.run([tools / "tsc", "--noEmit", "-p", HERE], check=True)
     subprocess.run(
         [
-            tools / "esbuild", "src/main.ts", "--bundle", "--minify", "--format=iife", "--target=es2022",
+            tools / "esbuild", f"src/{entry}", "--bundle", "--minify", "--format=iife", "--target=es2022",
             "--charset=utf8", "--legal-comments=inline", "--log-level=warning", f"--outfile={out}",
         ],
         check=True,
@@ -70,7 +77,9 @@ def page() -> str:
 
     with tempfile.TemporaryDirectory() as folder:
         code = wasm(Path(folder) / "page.wasm")
-        program = script(Path(folder) / "page.js")
+        house()
+        program = bundle("main.ts", Path(folder) / "page.js")
+        worker = bundle("worker.ts", Path(folder) / "worker.js")
     style = (HERE / "node_modules" / "uplot" / "dist" / "uPlot.min.css").read_text(encoding="utf-8").strip() + "\n"
     style += (HERE / "src" / "page.css").read_text(encoding="utf-8")
     parts = {
@@ -86,12 +95,17 @@ def page() -> str:
         "allowed": _hash(program),
         "styled": _hash(style),
         "style": style,
-        "wasm": base64.b64encode(gzip.compress(code, 9, mtime=0)).decode(),
+        "wasm": _packed(code),
+        "worker": _packed(worker.encode()),
         "script": program,
     }
     for name, value in fields.items():
         text = text.replace("{{ " + name + " }}", value)
     return text
+
+
+def _packed(data: bytes) -> str:
+    return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
 
 
 def _hash(text: str) -> str:

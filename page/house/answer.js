@@ -1,41 +1,65 @@
-/* What the page asks of the package: a table of bytes, its columns and their roles, a fit and what it says. */
+/* What the page asks of the package: the columns of a log and their roles, a fit and what it says, its files. */
 
 import "./house.js";
+import { forget, plain, provide, sha256, use } from "./native.js";
 import { $ } from "./runtime.js";
-import { forget, plain, provide, use } from "./native.js";
 
-let name = "";
-let digest = "";
 let table = null;
-let bytes = null;
 
 export function begin(core) {
   use(core);
-  provide({ fingerprint: () => digest });
+  provide();
 }
-const module = (path) => $.imp(`dehyst.${path}`);
+const room = (path) => $.imp(`dehyst.${path}`);
+const called = (f, args, named) => $.k(f, args, named);
 
-/** Read a text log; what the columns are, and which of them look like input and output. */
-export function read(data, called, fingerprint) {
-  [bytes, name, digest] = [data, called, fingerprint];
+/** Read a text log, `packed` as it was on disk; what the columns are, and which look like input and output. */
+export function read(data, packed, name) {
   table = null;
-  table = module("io.delimited").read_delimited(data, called);
+  const made = room("io.delimited").read_delimited(data, name);
   forget();
+  table = called($.imp("dataclasses").replace, [made], { sha256: sha256(packed) });
   return inspect(null);
 }
 export function inspect(run) {
-  const summary = module("io.inspect").inspect_log(table, run);
-  return plain(summary);
+  return plain(room("io.inspect").inspect_log(table, run));
 }
-/** Identify; the fit as `--json` prints it, its sentences, its signals and its model. */
-export function identify(input, output, run, options = {}) {
-  const record = module("io.logs").read_log.call(null, ...arranged(module("io.logs").read_log, [table, input, output], { run, ...options.reading }));
-  const fit = module("identification.plays").identify.apply(null, arranged(module("identification.plays").identify, [record, "pi"], options.fitting ?? {}));
-  return { fit, record };
+const given = (options) => Object.fromEntries(Object.entries(options).filter(([, v]) => v !== null && v !== undefined && v !== ""));
+const values = (a) => (a === null || a === undefined ? null : Float64Array.from(a.values()));
+
+/** Identify: the fit as `dehyst identify --json` prints it, its sentences, its signals, its model. */
+export function identify(input, output, run, reading = {}, fitting = {}) {
+  const record = called(room("io.logs").read_log, [table, input, output], given({ run, ...reading }));
+  const fit = called(room("identification.plays").identify, [record, "pi"], given(fitting));
+  const { model, static: curve } = fit;
+  const [train, test] = [fit.train_masks[0], fit.test_masks[0]].map((mask) => Uint8Array.from(mask.values()));
+  const start = model._state ?? model.state;
+  return {
+    said: plain(fit.as_dict()),
+    verdict: $.b.str(fit.verdict),
+    grade: $.b.str(room("findings").grade_of(fit.verdict)?.css ?? "stop"),
+    warnings: [...fit.warnings].map(({ code, message }) => ({ code, message })),
+    reasons: [...room("identification.certify").reasons_of ? [] : []],
+    size: fit.size,
+    start: fit.certificate.initial_state,
+    orientation: fit.facts.orientation,
+    width: fit.facts.width_percent,
+    gain: fit.certificate.inverse_gain,
+    labels: { input: record.input_label, output: record.output_label, inputUnit: record.input_unit, outputUnit: record.output_unit, inputName: record.input_name, outputName: record.output_name, name: record.name },
+    time: values(record.time), x: values(record.input), y: values(record.output),
+    predicted: values(fit.predictions[0]), asked: values(fit.inverse_predictions[0]), train, test,
+    curve: { u: values(curve.curve.u), v: values(curve.curve.v), y: values(curve.simulate(record.input)) },
+    model: { thresholds: values(model.thresholds), weights: values(model.weights), center: model.center, offset: model.offset, start: values(start) },
+    card: { input: [model.card.input.low, model.card.input.high], output: [model.card.output.low, model.card.output.high] },
+    file: file_of(model),
+  };
 }
-function arranged(f, args, named) {
-  const all = args.slice();
-  for (const key of Object.keys(named)) all[f.$p.indexOf(key)] = named[key];
-  return all;
+function file_of(model) {
+  return called($.imp("json").dumps, [room("models.storage").model_to_dict(model)], { indent: 1 }) + "\n";
+}
+/** What a person reads where the package refuses, and whether it did. */
+export function refusal(fault) {
+  const known = $.isinst(fault, room("errors").DehystError) || $.isinst(fault, $.b.MemoryError);
+  return { known, message: known ? $.b.str(fault) : `the page failed: ${$.b.str(fault)}`, stack: known ? "" : String(fault?.stack ?? "") };
 }
 export { $, plain };

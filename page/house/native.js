@@ -265,7 +265,7 @@ const suppress = (...kinds) => ({ __enter__: () => null, __exit__: (_t, e) => $.
 const maths = Object.fromEntries(["sqrt", "exp", "log10", "log2", "log1p", "sin", "cos", "tan", "atan", "atan2", "hypot", "floor", "ceil", "trunc", "tanh", "expm1"].map((n) => [n, Math[n]]));
 
 class Counts extends Dict { lookup(k) { return super.lookup(k) ?? [k, 0]; } }
-export function provide(more) {
+export function provide() {
   $.provide("numpy", np);
   $.provide("numpy.typing", anything);
   $.provide("dehyst._native", native);
@@ -278,7 +278,7 @@ export function provide(more) {
   $.provide("difflib", { get_close_matches: (w, all, o) => { const { n = 3, cutoff = 0.6 } = o?.values ?? {}; return [...$.it(all)].map((x) => [likeness(x, w), x]).filter((x) => x[0] >= cutoff).sort((a, b) => b[0] - a[0] || (a[1] < b[1] ? 1 : -1)).slice(0, n).map((x) => x[1]); } });
   $.provide("unicodedata", { category, normalize: (f, s) => s.normalize(f) });
   $.provide("shlex", { quote: (s) => (s !== "" && /^[\w@%+=:,./-]+$/.test(s) ? s : `'${s.replaceAll("'", "'\"'\"'")}'`) });
-  $.provide("json", { dumps: (v) => JSON.stringify(plain(v)) });
+  $.provide("json", library.json);
   $.provide("warnings", { warn: () => null });
   $.provide("weakref", { WeakKeyDictionary: $.b.dict });
   $.provide("os", { PathLike: anything, linesep: "\n", name: "posix", fspath: (v) => v, environ: $.dict(), cpu_count: () => 1 });
@@ -297,7 +297,7 @@ export function provide(more) {
   $.provide("enum", { IntEnum: anything, Enum: anything });
   $.provide("abc", { ABC: anything, abstractmethod: (f) => f });
   $.provide("pathlib", { Path: words("Path", (v) => { const s = v?.name ?? $.b.str(v); return { name: s, __str__: () => s, exists: () => false }; }) });
-  $.provide("hashlib", { sha256: () => ({ hexdigest: () => more.fingerprint(), update: () => null }) });
+  $.provide("hashlib", library.hashlib);
   $.provide("dehyst.io.frames", { is_frame: () => false });
   $.provide("dehyst.io.formats", { read_table: (t) => t, PathLike: anything });
   $.provide("dehyst.data.plotted", anything);
@@ -312,3 +312,61 @@ export function plain(v) {
   if (typeof v === "object" && v.constructor?.$fields) return Object.fromEntries(v.constructor.$fields.map(([k]) => [k, plain(v[k])]));
   return typeof v === "object" && typeof v.valueOf() === "number" ? v.valueOf() : v;
 }
+
+// ---- JSON as Python writes it, and its fingerprint
+function dumps(value, o = {}) {
+  const { sort_keys: sorted = false, separators, ensure_ascii: ascii = true, indent = null } = o;
+  const [comma, colon] = separators ? [...separators] : [indent === null ? ", " : ",", ": "];
+  const text = (s) => {
+    const t = JSON.stringify(s);
+    return ascii ? t.replace(/[\u007f-\uffff]/g, (ch) => "\\u" + ch.charCodeAt(0).toString(16).padStart(4, "0")) : t;
+  };
+  const write = (v, depth) => {
+    if (v === null || v === undefined) return "null";
+    if (typeof v === "string") return text(v);
+    if (typeof v === "boolean") return v ? "true" : "false";
+    if (typeof v === "number") { if (!Number.isFinite(v)) $.raise("ValueError", "Out of range float values are not JSON compliant"); return $.b.repr(v); }
+    const gap = indent === null ? "" : "\n" + " ".repeat(indent * (depth + 1)), end = indent === null ? "" : "\n" + " ".repeat(indent * depth);
+    if (v instanceof Dict) {
+      let pairs = v.pairs();
+      if (sorted) pairs = [...pairs].sort((a, b) => (a[0] < b[0] ? -1 : 1));
+      return pairs.length ? `{${gap}${pairs.map(([k, w]) => `${text($.b.str(k))}${colon}${write(w, depth + 1)}`).join(comma + gap)}${end}}` : "{}";
+    }
+    if (Array.isArray(v)) return v.length ? `[${gap}${[...v].map((w) => write(w, depth + 1)).join(comma + gap)}${end}]` : "[]";
+    return $.raise("TypeError", `Object of type ${v?.constructor?.name} is not JSON serializable`);
+  };
+  return write(value, 0);
+}
+const python = (v) => (Array.isArray(v) ? v.map(python) : v && typeof v === "object" ? $.dict(Object.entries(v).map(([k, w]) => [k, python(w)])) : v);
+const primes = [];
+for (let n = 2; primes.length < 64; n++) if (primes.every((p) => n % p)) primes.push(n);
+const part = (v) => ((v - Math.floor(v)) * 2 ** 32) >>> 0;
+const rounds = Uint32Array.from(primes, (p) => part(Math.cbrt(p)));
+/** SHA-256 (FIPS 180-4) in hexadecimal. */
+export function sha256(data) {
+  const n = data.length, blocks = Math.ceil((n + 9) / 64), w = new Uint32Array(64), h = Uint32Array.from(primes.slice(0, 8), (p) => part(Math.sqrt(p)));
+  const tail = new Uint8Array(blocks * 64 - Math.floor(n / 64) * 64);
+  tail.set(data.subarray(Math.floor(n / 64) * 64));
+  tail[n % 64] = 0x80;
+  new DataView(tail.buffer).setBigUint64(tail.length - 8, BigInt(n) * 8n);
+  for (let b = 0; b < blocks; b++) {
+    const [from, at] = b < Math.floor(n / 64) ? [data, b * 64] : [tail, (b - Math.floor(n / 64)) * 64];
+    for (let k = 0; k < 16; k++) w[k] = (from[at + 4 * k] << 24) | (from[at + 4 * k + 1] << 16) | (from[at + 4 * k + 2] << 8) | from[at + 4 * k + 3];
+    for (let k = 16; k < 64; k++) {
+      const x = w[k - 15], y = w[k - 2];
+      w[k] = (w[k - 16] + w[k - 7] + (((x >>> 7) | (x << 25)) ^ ((x >>> 18) | (x << 14)) ^ (x >>> 3)) + (((y >>> 17) | (y << 15)) ^ ((y >>> 19) | (y << 13)) ^ (y >>> 10))) | 0;
+    }
+    let [a, b2, c2, d, e, f, g, q] = h;
+    for (let k = 0; k < 64; k++) {
+      const t1 = (q + (((e >>> 6) | (e << 26)) ^ ((e >>> 11) | (e << 21)) ^ ((e >>> 25) | (e << 7))) + ((e & f) ^ (~e & g)) + rounds[k] + w[k]) | 0;
+      const t2 = ((((a >>> 2) | (a << 30)) ^ ((a >>> 13) | (a << 19)) ^ ((a >>> 22) | (a << 10))) + ((a & b2) ^ (a & c2) ^ (b2 & c2))) | 0;
+      [q, g, f, e, d, c2, b2, a] = [g, f, e, (d + t1) | 0, c2, b2, a, (t1 + t2) | 0];
+    }
+    [a, b2, c2, d, e, f, g, q].forEach((v, k) => { h[k] += v; });
+  }
+  return [...h].map((v) => v.toString(16).padStart(8, "0")).join("");
+}
+export const library = {
+  json: { dumps: (v, o) => dumps(v, o?.values), loads: (t) => python(JSON.parse(t)), JSONDecodeError: $.b.ValueError },
+  hashlib: { sha256: (data) => ({ hexdigest: () => sha256(data) }) },
+};

@@ -12,19 +12,26 @@ interface Exports {
   page_model_reset(model: Address): void;
   page_model_run(model: Address, samples: number, x: Address, y: Address): void;
   page_model_states(model: Address, z: Address): void;
+  page_map_values(n: number, u: Address, v: Address, samples: number, x: Address, y: Address): void;
+}
+
+/** What a packed part of the page holds. */
+export async function unpacked(id: string): Promise<ArrayBuffer> {
+  const packed = Uint8Array.from(atob(document.getElementById(id)!.textContent!), (letter) => letter.charCodeAt(0));
+  return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
 }
 
 /** Unpack and compile the code; the module can be posted to a worker. */
 export async function compile(): Promise<WebAssembly.Module> {
-  const text = document.getElementById("wasm")!.textContent!;
-  const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return WebAssembly.compile(await new Response(stream).arrayBuffer());
+  return WebAssembly.compile(await unpacked("wasm"));
 }
 
 /** An instance of the code with its own memory. */
 export class Core {
-  private constructor(readonly c: Exports) {}
+  private constructor(
+    readonly c: Exports,
+    readonly module: WebAssembly.Module,
+  ) {}
 
   static async open(module: WebAssembly.Module): Promise<Core> {
     const none = () => 52; // what the C library would ask an operating system for; the page has none: ENOSYS
@@ -33,7 +40,7 @@ export class Core {
     const instance = await WebAssembly.instantiate(module, imports);
     const exports = instance.exports as unknown as Exports;
     exports._initialize();
-    return new Core(exports);
+    return new Core(exports, module);
   }
 
   /** Numbers at an address, as long as no call has made the memory grow. */
@@ -54,6 +61,15 @@ export class Core {
     this.doubles(address, values.length).set(values);
     return address;
   }
+}
+
+/** Values of a rising piecewise linear map, continued along its ends. */
+export function mapped(core: Core, u: ArrayLike<number>, v: ArrayLike<number>, x: ArrayLike<number>): Float64Array {
+  const given = [u, v, x].map((values) => core.put(values));
+  core.c.page_map_values(u.length, given[0], given[1], x.length, given[2], given[2]);
+  const y = core.doubles(given[2], x.length).slice();
+  for (const each of given) core.c.page_free(each);
+  return y;
 }
 
 /** y = offset + Σ wᵢ play_{rᵢ}[x − center], run sample by sample by the code that is exported. */

@@ -1,0 +1,59 @@
+/** Reads and identifies beside the page, so that it stays alive: asked by messages, one at a time. */
+
+import { begin, identify, inspect, read, refusal } from "../house/answer.js";
+import { Core } from "./wasm";
+
+export const LARGEST = 120e6; // bytes of text: what one instance of the code holds with room for the columns
+
+const ready: Promise<void>[] = [];
+
+async function unpacked(packed: Uint8Array): Promise<Uint8Array> {
+  if (packed[0] !== 0x1f || packed[1] !== 0x8b) return packed;
+  const reader = new Blob([packed as BlobPart]).stream().pipeThrough(new DecompressionStream("gzip")).getReader();
+  const parts: Uint8Array[] = [];
+  let size = 0;
+  for (;;) {
+    const { value, done } = await reader.read();
+    if (done) break;
+    parts.push(value);
+    size += value.length;
+    if (size > LARGEST) throw new TooLarge("this log expands");
+  }
+  const all = new Uint8Array(size);
+  let at = 0;
+  for (const part of parts) {
+    all.set(part, at);
+    at += part.length;
+  }
+  return all;
+}
+class TooLarge extends Error {}
+
+const ANSWERS: Record<string, (message: any) => unknown> = {
+  open: ({ module }) => ready.push(Core.open(module).then((core) => begin(core))),
+  read: async ({ file }: { file: File }) => {
+    if (file.size > LARGEST) throw new TooLarge("this log is larger");
+    const packed = new Uint8Array(await file.arrayBuffer());
+    return read(await unpacked(packed), packed, file.name);
+  },
+  inspect: ({ run }) => inspect(run),
+  identify: ({ input, output, run, reading, fitting }) => identify(input, output, run, reading, fitting),
+};
+
+function told(fault: unknown): { known: boolean; message: string; stack: string } {
+  if (fault instanceof TooLarge)
+    return { known: true, stack: "", message: `${fault.message} than the ${LARGEST / 1e6} MB that this page holds in memory. Install dehyst, which reads logs of any length in chunks (pip install dehyst; dehyst identify LOG ...), or cut the log.` };
+  if (fault instanceof TypeError && /decompress|gzip/i.test(fault.message))
+    return { known: true, stack: "", message: "the file is damaged: its gzip data cannot be expanded. Copy it again." };
+  return refusal(fault);
+}
+
+onmessage = async ({ data }: MessageEvent) => {
+  try {
+    await Promise.all(ready);
+    const answer = await ANSWERS[data.kind](data);
+    postMessage({ id: data.id, answer: data.kind === "open" ? null : answer });
+  } catch (fault) {
+    postMessage({ id: data.id, fault: told(fault) });
+  }
+};
