@@ -81,7 +81,7 @@ def page() -> str:
         program = bundle("main.ts", Path(folder) / "page.js")
         worker = bundle("worker.ts", Path(folder) / "worker.js")
     style = (HERE / "node_modules" / "uplot" / "dist" / "uPlot.min.css").read_text(encoding="utf-8").strip() + "\n"
-    style += (HERE / "src" / "page.css").read_text(encoding="utf-8")
+    style += "".join((HERE / "src" / f"{name}.css").read_text(encoding="utf-8") for name in ("page", "identify"))
     parts = {
         "light": variables(dark=False),
         "dark": variables(dark=True),

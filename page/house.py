@@ -26,7 +26,8 @@ BUILTIN_METHODS = set(
     "join replace startswith endswith lower upper casefold title isdigit isalpha isalnum isspace isascii isdecimal "
     "isupper islower isprintable isidentifier find rfind partition rpartition format encode decode zfill ljust rjust "
     "capitalize removeprefix removesuffix translate expandtabs get items keys values setdefault update add discard "
-    "union difference intersection isdisjoint issubset issuperset hex is_integer bit_length as_integer_ratio most_common "
+    "union difference intersection isdisjoint issubset issuperset hex is_integer bit_length "
+    "as_integer_ratio most_common "
     "__getitem__ __len__ send close conjugate".split()
 )
 BINARY = {
@@ -41,6 +42,7 @@ DROPPED_DECORATORS = {"takes_recordings", "abstractmethod", "overload", "final",
 
 
 def name_of(name: str) -> str:
+    """Name as JavaScript allows it."""
     return name + "_" if name in RESERVED else name
 
 
@@ -227,7 +229,7 @@ class Writer:
         if isinstance(target, (ast.Tuple, ast.List)):
             held = self.fresh()
             stars = [k for k, t in enumerate(target.elts) if isinstance(t, ast.Starred)]
-            star, after = (stars[0], len(target.elts) - stars[0] - 1) if stars else (-1, 0)
+            star = stars[0] if stars else -1
             text = f"const {held} = $.unpack({value}, {len(target.elts)}, {star});"
             for k, t in enumerate(target.elts):
                 text += self.assign(t.value if isinstance(t, ast.Starred) else t, f"{held}[{k}]")
@@ -277,10 +279,8 @@ class Writer:
             said = ast.unparse(decorator)
             if said in DROPPED_DECORATORS:
                 continue
-            if said.startswith(("lru_cache", "cache")):
-                text = f"$.memo({text})"
-            else:
-                text = f"{self.e(decorator)}({text})"
+            kept = said.startswith(("lru_cache", "cache"))
+            text = f"{'$.memo' if kept else self.e(decorator)}({text})"
         return f"{name_of(node.name)} = {text};"
 
     # ---- functions
@@ -544,7 +544,8 @@ class Writer:
             held = self.fresh()
             names = Scope([ast.Assign(targets=[each.target], value=ast.Constant(0))]).names
             bound = f"let {', '.join(map(name_of, names))};" if names else ""
-            text = f"for (const {held} of $.it({self.e(each.iter)})) {{ {bound} {self.assign(each.target, held)} {text} }}"
+            inner = f"{bound} {self.assign(each.target, held)} {text}"
+            text = f"for (const {held} of $.it({self.e(each.iter)})) {{ {inner} }}"
         return text
 
     def inside(self, generators: list[ast.comprehension], write: Callable[[], str]) -> str:
@@ -558,7 +559,8 @@ class Writer:
         return self.inside(node.generators, lambda: self._list(node))
 
     def _list(self, node: ast.ListComp) -> str:
-        return f"(() => {{ const $r = []; {self.loops(node.generators, f'$r.push({self.e(node.elt)});')} return $r; }})()"
+        inner = self.loops(node.generators, f"$r.push({self.e(node.elt)});")
+        return f"(() => {{ const $r = []; {inner} return $r; }})()"
 
     def e_SetComp(self, node: ast.SetComp) -> str:
         return f"$.b.set({self.e_ListComp(node)})"  # type: ignore[arg-type]
@@ -625,12 +627,15 @@ class Writer:
 
 
 BUILTINS = set(
-    "abs all any bool bytes bytearray callable chr dict divmod enumerate filter float frozenset getattr hasattr hash id "
+    "abs all any bool bytes bytearray callable chr dict divmod enumerate filter float frozenset getattr "
+    "hasattr hash id "
     "int isinstance issubclass iter len list map max min next object open ord pow print range repr reversed round set "
     "setattr slice sorted str sum tuple type vars zip Exception BaseException ValueError TypeError KeyError IndexError "
-    "RuntimeError OSError AttributeError AssertionError NotImplementedError OverflowError ZeroDivisionError StopIteration "
+    "RuntimeError OSError AttributeError AssertionError NotImplementedError OverflowError "
+    "ZeroDivisionError StopIteration "
     "UnicodeDecodeError UnicodeError ArithmeticError LookupError MemoryError FileNotFoundError UserWarning Warning "
-    "ImportError ModuleNotFoundError PermissionError IsADirectoryError NotImplemented complex property DeprecationWarning".split()
+    "ImportError ModuleNotFoundError PermissionError IsADirectoryError NotImplemented complex property "
+    "DeprecationWarning".split()
 )
 
 
@@ -668,7 +673,8 @@ MODULES = (
     "identification/plays identification/procedure identification/refine identification/regressors "
     "identification/residual identification/scores identification/selection identification/settings "
     "identification/short_signal identification/split identification/static_curve identification/tracking io/cells "
-    "io/checks io/clean io/clocks io/columns io/delimited io/layout io/logs io/order io/plain io/select io/table io/text "
+    "io/checks io/clean io/clocks io/columns io/delimited io/layout io/logs io/order io/plain io/select "
+    "io/table io/text "
     "io/inspect models/arrays models/base models/card models/model models/monotone models/prandtl_ishlinskii "
     "models/unknown models/offset models/parameters models/storage files version"
 ).split()

@@ -39,7 +39,6 @@ export function identify(input, output, run, reading = {}, fitting = {}) {
     verdict: $.b.str(fit.verdict),
     grade: $.b.str(room("findings").grade_of(fit.verdict)?.css ?? "stop"),
     warnings: [...fit.warnings].map(({ code, message }) => ({ code, message })),
-    reasons: [...room("identification.certify").reasons_of ? [] : []],
     size: fit.size,
     start: fit.certificate.initial_state,
     orientation: fit.facts.orientation,
@@ -52,6 +51,7 @@ export function identify(input, output, run, reading = {}, fitting = {}) {
     model: { thresholds: values(model.thresholds), weights: values(model.weights), center: model.center, offset: model.offset, start: values(start) },
     card: { input: [model.card.input.low, model.card.input.high], output: [model.card.output.low, model.card.output.high] },
     file: file_of(model),
+    command: room("shell").typed(["dehyst", "identify", table.name, "--input", input, "--output", output, ...(run ? ["--run", run] : []), "--save", "model.json", "--report", "report.html"]),
   };
 }
 function file_of(model) {

@@ -1,7 +1,296 @@
-import { h } from "./dom";
-import type { Core } from "./wasm";
+/** The tab that takes a log to a model: drop, columns, verdict, figures, the inverse at work, files. */
 
-/** Fill the tab "Identify". */
-export function mount(root: HTMLElement, _core: Core): void {
-  root.append(h("p", {}, "Drop a log here."));
+import { h, save } from "./dom";
+import { Answer, Engine, Finding, Refusal, Summary } from "./engine";
+import { Inverse } from "./inverse";
+import { Link, LoopPlot, Shade, short, TimePlot } from "./plots";
+import { Core, Model } from "./wasm";
+import { zipped } from "./zip";
+
+const WAITS = 250; // ms before anything is said to be going on
+
+export function mount(root: HTMLElement, core: Core): void {
+  new Identify(root, core);
+}
+
+class Identify {
+  private engine: Promise<Engine>;
+  private readonly status = h("p", { role: "status", "aria-live": "polite", class: "status" });
+  private readonly trouble = h("div", { role: "alert" });
+  private readonly columns = h("div", {});
+  private readonly results = h("div", { class: "results" });
+  private figures: { destroy(): void }[] = [];
+  private summary: Summary | null = null;
+  private turn = 0; // the newest request: answers to older ones are dropped
+
+  constructor(root: HTMLElement, private readonly core: Core) {
+    this.engine = Engine.open(core.module);
+    root.append(this.dropZone(), this.status, this.trouble, this.columns, this.results);
+  }
+
+  private dropZone(): HTMLElement {
+    const picker = h("input", { type: "file", id: "log", class: "hidden-input", accept: ".csv,.txt,.tsv,.dat,.gz,text/csv,text/plain",
+      onchange: () => { if (picker.files?.[0]) void this.open(picker.files[0]); picker.value = ""; } });
+    const zone = h("div", { class: "drop" },
+      h("div", {},
+        h("h2", {}, "Drop a log here"),
+        h("p", { class: "caption" }, "CSV or text with one row a sample: an input column (pressure, voltage), the output it moved (angle, displacement), a time column if there is one. Also packed with gzip.")),
+      h("div", { class: "row" },
+        h("label", { class: "button main", for: "log" }, "Choose a file"), picker,
+        h("button", { type: "button", onclick: () => void this.open(example(this.core)) }, "Try an example")));
+    for (const kind of ["dragenter", "dragover"]) zone.addEventListener(kind, (event) => { event.preventDefault(); zone.classList.add("over"); });
+    for (const kind of ["dragleave", "drop"]) zone.addEventListener(kind, () => zone.classList.remove("over"));
+    const take = (event: DragEvent): void => {
+      event.preventDefault();
+      const file = event.dataTransfer?.files[0];
+      if (file) void this.open(file);
+    };
+    zone.addEventListener("drop", take);
+    addEventListener("dragover", (event) => event.preventDefault());
+    addEventListener("drop", (event) => { if (!zone.contains(event.target as Node) && zone.offsetParent) take(event); });
+    return zone;
+  }
+
+  /** Do something that takes time: its sentence while it runs, its refusal where it ends. */
+  private async during<T>(sentence: string, work: (engine: Engine) => Promise<T>): Promise<T | null> {
+    const turn = ++this.turn;
+    this.trouble.replaceChildren();
+    const begun = performance.now();
+    const tick = setInterval(() => {
+      const seconds = (performance.now() - begun) / 1000;
+      if (1000 * seconds < WAITS || turn !== this.turn) return;
+      this.status.replaceChildren(h("span", { class: "spinner", "aria-hidden": "true" }), `${sentence} … ${seconds >= 2 ? `${Math.floor(seconds)} s ` : ""}`,
+        h("button", { type: "button", class: "quiet", onclick: () => this.stop() }, "Stop"));
+    }, 200);
+    try {
+      const answer = await work(await this.engine);
+      return turn === this.turn ? answer : null;
+    } catch (fault) {
+      if (turn === this.turn) this.refuse(fault);
+      return null;
+    } finally {
+      clearInterval(tick);
+      if (turn === this.turn) this.status.replaceChildren();
+    }
+  }
+
+  private stop(): void {
+    const old = this.engine;
+    this.turn++;
+    void old.then((engine) => engine.stop());
+    this.engine = Engine.open(this.core.module);
+    this.summary = null;
+    this.columns.replaceChildren();
+    this.clear();
+    this.status.replaceChildren("Stopped. Drop the log once more to begin again.");
+  }
+
+  private refuse(fault: unknown): void {
+    const message = fault instanceof Error ? fault.message : String(fault);
+    const known = fault instanceof Refusal && fault.known;
+    this.trouble.replaceChildren(h("div", { class: "judged stop" }, h("span", { class: "badge" }, known ? "This log cannot be used as it is" : "The page failed"),
+      h("p", { class: "lead" }, message[0].toUpperCase() + message.slice(1))));
+  }
+
+  private clear(): void {
+    for (const figure of this.figures) figure.destroy();
+    this.figures = [];
+    this.results.replaceChildren();
+  }
+
+  private async open(file: File): Promise<void> {
+    this.clear();
+    this.columns.replaceChildren();
+    const summary = await this.during(`Reading ${file.name}`, (engine) => engine.read(file));
+    if (!summary) return;
+    this.choose(summary);
+    if (summary.input && summary.output && summary.clear) await this.identify();
+  }
+
+  // ---- columns
+  private choose(summary: Summary): void {
+    this.summary = summary;
+    const signals = summary.columns.filter((column) => Number.isFinite(column.minimum));
+    const list = (id: string, chosen: string | null): HTMLSelectElement => {
+      const select = h("select", { id }, h("option", { value: "" }, "choose …"));
+      for (const { name, unit, loops, constant } of signals)
+        select.append(h("option", { value: name }, `${name}${unit && !name.endsWith(unit) ? ` [${unit}]` : ""}${constant ? " (constant)" : loops ? ` (${loops} loops)` : ""}`));
+      select.value = chosen ?? "";
+      return select;
+    };
+    const [input, output] = [list("input", summary.input), list("output", summary.output)];
+    const runs = Object.keys(summary.runs);
+    const run = h("select", { id: "run" });
+    for (const name of runs) run.append(h("option", { value: name }, `${name} (${summary.runs[name]} rows)`));
+    run.value = summary.run ?? "";
+    run.addEventListener("change", () => void this.rerun(run.value));
+    const go = h("button", { type: "button", class: "main", onclick: () => void this.identify() }, "Identify");
+    const reason = (name: string | null): string => summary.columns.find((column) => column.name === name)?.reason ?? "";
+    const rate = summary.sampling ? `, ${short(1 / summary.sampling.median, 3)} samples a second by ${summary.sampling.column}` : ", no time column";
+    this.columns.replaceChildren(
+      h("section", { class: "card" },
+        h("h2", {}, summary.name),
+        h("p", { class: "caption" }, `${summary.rows.toLocaleString("en")} rows${summary.run ? ` of run ${summary.run}` : ""}${rate}.`,
+          summary.clear ? " Names and units leave no other choice of columns." : " The columns are a guess: confirm or change them."),
+        h("div", { class: "row" },
+          h("label", { for: "input" }, "Input", input), h("label", { for: "output" }, "Output", output),
+          runs.length > 1 ? h("label", { for: "run" }, "Run", run) : null, go),
+        summary.input && summary.output ? h("p", { class: "caption" }, `Why: ${summary.input} (${reason(summary.input)}) drives ${summary.output} (${reason(summary.output)}).`) : null,
+        this.findings(summary.findings, "What reading the log found")));
+  }
+
+  private async rerun(run: string): Promise<void> {
+    this.clear();
+    const summary = await this.during(`Looking at run ${run}`, (engine) => engine.inspect(run));
+    if (!summary) return;
+    this.choose(summary);
+    if (summary.clear) await this.identify();
+  }
+
+  private findings(found: Finding[], title: string): HTMLElement | null {
+    if (!found.length) return null;
+    const body = h("details", { class: "findings" }, h("summary", {}, `${title} (${found.length})`));
+    for (const { code, message } of found) body.append(warning(code, message));
+    return body;
+  }
+
+  // ---- result
+  private async identify(): Promise<void> {
+    const value = (id: string): string => (document.getElementById(id) as HTMLSelectElement | null)?.value ?? "";
+    const [input, output] = [value("input"), value("output")];
+    if (!input || !output) {
+      this.refuse(new Refusal("choose a column for the input and one for the output.", true));
+      return;
+    }
+    const run = Object.keys(this.summary!.runs).length > 1 ? value("run") : null;
+    this.clear();
+    const answer = await this.during("Identifying", (engine) => engine.identify(input, output, run));
+    if (answer) this.show(answer);
+  }
+
+  private show(a: Answer): void {
+    const { labels } = a;
+    const test = a.said.test ?? a.said.train;
+    const curve = a.said.static_test ?? a.said.static_train;
+    const held = a.said.test ? "held-out loops" : "fitted loops";
+    const link = new Link();
+    const t = a.time ?? Float64Array.from(a.x, (_v, k) => k);
+    const tLabel = a.time ? "time [s]" : "sample";
+    const shades = spans(a.test, t);
+    const plots = h("div", { class: "panels" });
+    const wide = h("div", { class: "stack" });
+    const bad = a.grade === "stop";
+
+    this.results.append(
+      h("section", { class: `judged ${a.grade}`, id: "verdict", tabindex: -1 },
+        h("span", { class: "badge" }, { good: "Good for compensation", care: "Usable with care", stop: "Do not compensate" }[a.grade]),
+        h("p", { class: "lead" }, a.verdict[0].toUpperCase() + a.verdict.slice(1)),
+        h("dl", { class: "tiles" },
+          tile("Model errs by", `${short(test.rmse_percent, 3)} %`, `of range, rms, on ${held}: ${unit(test.rmse, labels.outputUnit)}`),
+          tile("A plain curve by", `${short(curve.rmse_percent, 3)} %`, `the best one without hysteresis: ${unit(curve.rmse, labels.outputUnit)}`),
+          tile("Operators", a.size, `start state '${a.start}'`),
+          tile("Loop", `${short(a.width, 2)} % wide`, a.orientation),
+          tile("Inverse gain", Number.isFinite(a.gain) ? unit(a.gain, ratio(labels)) : "no inverse", "at most, right after a reversal"))),
+      ...a.warnings.map(({ code, message }) => warning(code, message)),
+      plots,
+      h("p", { class: "caption" }, shades.length ? "The shaded part was held out: the model has not seen it. " : "", "Drag over a figure to zoom, double click to see all; the cursor walks along all of them."),
+      wide,
+    );
+
+    const loop = new LoopPlot(plots, { title: "The loop", name: "loop", xLabel: labels.input, yLabel: labels.output, link, height: 360,
+      described: `Measured loop, ${a.orientation}, ${short(a.width, 2)} percent of range wide, and the model's.` });
+    loop.set([
+      { label: "measured", x: a.x, y: a.y, colour: "data", linked: true },
+      { label: "model", x: a.x, y: a.predicted, colour: "model", width: 1.2 },
+      { label: "plain curve", x: a.curve.u, y: a.curve.v, colour: "static", dash: [6, 4] },
+    ]);
+    const back = new LoopPlot(plots, { title: "What the compensator would have asked for", name: "asked", xLabel: `${labels.input}, applied`, yLabel: `${labels.input}, asked for`,
+      link, height: 360, equal: true, described: "The inverse's answer to the measured output against the input that was applied: on the diagonal it gives it back." });
+    back.set([
+      { label: "inverse of the measured output", x: a.x, y: a.asked, colour: "train", linked: true },
+      { label: "45°", x: a.card.input, y: a.card.input, colour: "other", dash: [5, 4] },
+    ]);
+    const series = (title: string, name: string, yLabel: string, lines: Parameters<TimePlot["set"]>[1], height: number): TimePlot => {
+      const plot = new TimePlot(wide, { title, name, xLabel: tLabel, yLabel, link, height });
+      plot.set(t, lines, shades);
+      return plot;
+    };
+    const residual = Float64Array.from(a.y, (v, k) => v - a.predicted[k]);
+    this.figures.push(loop, back,
+      series("Input", "input", labels.input, [{ label: labels.input, values: a.x, colour: "ink", width: 1.2 }], 200),
+      series("Output and model", "output", labels.output, [{ label: "measured", values: a.y, colour: "data", width: 2 }, { label: "model", values: a.predicted, colour: "model" }], 240),
+      series("Residual: measured less model", "residual", labels.output, [{ label: "residual", values: residual, colour: "test", width: 1 }], 200));
+
+    const weights = new TimePlot(wide, { title: "Weights of the operators", name: "weights", xLabel: `threshold [${labels.inputUnit || "input"}]`, yLabel: `weight [${ratio(labels, true)}]`, height: 220,
+      described: `${a.model.weights.length} weights.` });
+    weights.set(a.model.thresholds, [{ label: "weight", values: a.model.weights, colour: "train", bars: true }]);
+    this.figures.push(weights);
+
+    const inverse = h("section", { class: "card" });
+    this.results.append(inverse);
+    this.figures.push(new Inverse(inverse, this.core, a));
+    this.results.append(this.takeaway(a, bad));
+    document.getElementById("verdict")!.focus({ preventScroll: true });
+  }
+
+  private takeaway(a: Answer, bad: boolean): HTMLElement {
+    const stem = (this.summary!.name.replace(/(\.csv|\.txt|\.tsv|\.dat)?(\.gz)?$/i, "") || "log").replace(/[^\w-]+/g, "-");
+    return h("section", { class: "card" },
+      h("h2", {}, "Take it with you"),
+      bad ? h("p", { class: "caption" }, "The verdict says not to compensate with this model: it may serve to simulate.") : null,
+      h("div", { class: "row" },
+        h("button", { type: "button", class: "main", onclick: () => save(`${stem}.model.json`, a.file, "application/json") }, "model.json"),
+        h("button", { type: "button", onclick: () => void this.zip(stem) }, "C code (zip)")),
+      h("p", { class: "caption" }, "model.json is read by every command of dehyst. The zip holds the C folder: sources, a check that runs with ",
+        h("code", {}, "make check"), ", and a README."),
+      h("h3", {}, "The full verdict"),
+      h("p", { class: "caption" }, "This page fits one family, pi. All of them, also with creep, rate and saturation, are compared by:"),
+      h("pre", {}, a.command));
+  }
+
+  private async zip(stem: string): Promise<void> {
+    const files = await this.during("Writing C", (engine) => engine.files(`${stem}.model.json`));
+    if (!files) return;
+    save(`${stem}-c.zip`, zipped(files) as BlobPart, "application/zip");
+  }
+}
+
+function warning(code: string, message: string): HTMLElement {
+  return h("div", { class: "warning" }, h("code", {}, code), h("p", {}, message[0].toUpperCase() + message.slice(1)));
+}
+
+function tile(title: string, value: string, remark: string): HTMLElement {
+  return h("div", {}, h("dt", {}, title), h("dd", {}, h("span", { class: "value" }, value), h("span", { class: "remark" }, remark)));
+}
+
+const unit = (value: number, name: string): string => `${short(value)}${name ? ` ${name}` : ""}`;
+const ratio = ({ inputUnit, outputUnit }: Answer["labels"], turned = false): string =>
+  inputUnit && outputUnit ? (turned ? `${outputUnit}/${inputUnit}` : `${inputUnit}/${outputUnit}`) : turned ? "output/input" : "";
+
+/** Where a mask holds, as parts of the abscissa. */
+function spans(mask: Uint8Array, t: ArrayLike<number>): Shade[] {
+  const found: Shade[] = [];
+  for (let k = 0; k < mask.length; k++) {
+    if (!mask[k]) continue;
+    const from = k;
+    while (k + 1 < mask.length && mask[k + 1]) k++;
+    found.push({ from: t[from], to: t[k], colour: "test" });
+  }
+  return found;
+}
+
+/** A log of an actuator that never was: plays, a trace of noise, loops that shrink. */
+function example(core: Core): File {
+  const thresholds = [0, 0.2, 0.45, 0.8, 1.2, 1.7];
+  const actuator = Model.make(core, thresholds, [6.5, 2.6, 2.1, 1.6, 1.2, 0.9], { offset: 4 });
+  const rows = ["time_s,pressure_bar,angle_deg"];
+  let seed = 7;
+  const noise = (): number => ((seed = (seed * 16807) % 2147483647) / 2147483647 + (seed = (seed * 16807) % 2147483647) / 2147483647 - 1);
+  for (let k = 0; k < 6000; k++) {
+    const t = k / 100;
+    const x = 2.2 * Math.cos(1.1 * t) * (0.35 + 0.65 * Math.abs(Math.cos(0.105 * t)));
+    rows.push(`${t.toFixed(2)},${(2.5 + x).toFixed(5)},${(actuator.step(x) + 0.08 * noise()).toFixed(5)}`);
+  }
+  actuator.free();
+  return new File([rows.join("\n") + "\n"], "example.csv", { type: "text/csv" });
 }

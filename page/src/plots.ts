@@ -26,6 +26,7 @@ export interface Line {
   colour: string; // a token: ink, train, test, data, model, static, other, …
   width?: number;
   dash?: number[];
+  bars?: boolean;
 }
 
 export interface Curve extends Omit<Line, "values"> {
@@ -181,6 +182,11 @@ export class TimePlot extends Figure {
   set(t: ArrayLike<number>, lines: Line[], shades: Shade[] = []): void {
     this.t = t;
     this.shades = shades;
+    const data = [t, ...lines.map((line) => line.values)] as unknown as uPlot.AlignedData;
+    if (this.plot && this.plot.series.length === lines.length + 1) {
+      this.plot.setData(data);
+      return;
+    }
     this.plot?.destroy();
     this.plot = new uPlot(
       {
@@ -201,6 +207,7 @@ export class TimePlot extends Figure {
             stroke: () => token(line.colour),
             width: line.width ?? 1.4,
             ...(line.dash ? { dash: line.dash } : {}),
+            ...(line.bars ? { paths: uPlot.paths.bars!({ size: [0.7, 26, 2] }), fill: () => token(line.colour) } : {}),
             points: { show: false },
             value: (_u: uPlot, v: number) => short(v),
           })),
@@ -216,7 +223,7 @@ export class TimePlot extends Figure {
           }],
         },
       },
-      [t, ...lines.map((line) => line.values)] as unknown as uPlot.AlignedData,
+      data,
       this.box,
     );
   }
@@ -225,6 +232,12 @@ export class TimePlot extends Figure {
   mark(shades: Shade[]): void {
     this.shades = shades;
     this.plot?.redraw(false);
+  }
+
+  /** Where a height within the figure [CSS pixels] lies between two values, 0 to 1. */
+  share(pixels: number, low: number, high: number): number {
+    const value = this.plot ? this.plot.posToVal(pixels, "y") : low;
+    return Math.min(1, Math.max(0, (value - low) / (high - low)));
   }
 
   protected whole(): void {

@@ -1,0 +1,124 @@
+/** The worker that reads and identifies, and what it answers. */
+
+import { unpacked } from "./wasm";
+
+export interface Column {
+  name: string;
+  unit: string;
+  samples: number;
+  minimum: number;
+  maximum: number;
+  loops: number;
+  missing: number;
+  constant: boolean;
+  role: string;
+  reason: string;
+}
+export interface Finding {
+  code: string;
+  message: string;
+}
+export interface Summary {
+  name: string;
+  rows: number;
+  columns: Column[];
+  runs: Record<string, number>;
+  run: string | null;
+  sampling: { column: string; median: number; first: number; last: number } | null;
+  input: string | null;
+  output: string | null;
+  clear: boolean;
+  command: string;
+  findings: Finding[];
+}
+interface Score {
+  rmse: number;
+  rmse_percent: number;
+  nrmse: number;
+  max: number;
+}
+export interface Answer {
+  said: { n: number; nonzero_weights: number; train: Score; test: Score | null; static_train: Score; static_test: Score | null } & Record<string, unknown>;
+  verdict: string;
+  grade: "good" | "care" | "stop";
+  warnings: Finding[];
+  size: string;
+  start: string;
+  orientation: string;
+  width: number;
+  gain: number;
+  labels: { input: string; output: string; inputUnit: string; outputUnit: string; inputName: string; outputName: string; name: string };
+  time: Float64Array | null;
+  x: Float64Array;
+  y: Float64Array;
+  predicted: Float64Array;
+  asked: Float64Array;
+  train: Uint8Array;
+  test: Uint8Array;
+  curve: { u: Float64Array; v: Float64Array; y: Float64Array };
+  model: { thresholds: Float64Array; weights: Float64Array; center: number; offset: number; start: Float64Array };
+  card: { input: [number, number]; output: [number, number] };
+  file: string;
+  command: string;
+}
+
+/** What the package refuses, in its own words. */
+export class Refusal extends Error {
+  constructor(message: string, readonly known: boolean) {
+    super(message);
+  }
+}
+
+export class Engine {
+  private readonly waiting = new Map<number, [(answer: any) => void, (fault: unknown) => void]>();
+  private number = 0;
+
+  private constructor(private readonly worker: Worker) {
+    worker.onmessage = ({ data }) => {
+      const [done, failed] = this.waiting.get(data.id)!;
+      this.waiting.delete(data.id);
+      if (data.fault) {
+        if (data.fault.stack) console.warn(data.fault.stack);
+        failed(new Refusal(data.fault.message, data.fault.known));
+      } else done(data.answer);
+    };
+    worker.onerror = (event) => {
+      for (const [, failed] of this.waiting.values()) failed(new Refusal(`the page failed: ${event.message}`, false));
+      this.waiting.clear();
+    };
+  }
+
+  static async open(module: WebAssembly.Module): Promise<Engine> {
+    const link = URL.createObjectURL(new Blob([await unpacked("worker")], { type: "text/javascript" }));
+    const engine = new Engine(new Worker(link));
+    URL.revokeObjectURL(link);
+    await engine.ask("open", { module });
+    return engine;
+  }
+
+  read(file: Blob): Promise<Summary> {
+    return this.ask("read", { file });
+  }
+  inspect(run: string): Promise<Summary> {
+    return this.ask("inspect", { run });
+  }
+  identify(input: string, output: string, run: string | null): Promise<Answer> {
+    return this.ask("identify", { input, output, run, reading: {}, fitting: {} });
+  }
+  files(name: string): Promise<{ name: string; data: Uint8Array }[]> {
+    return this.ask("files", { name });
+  }
+  stop(): void {
+    this.worker.terminate();
+    for (const [, failed] of this.waiting.values()) failed(new Refusal("stopped", true));
+    this.waiting.clear();
+  }
+
+  private ask(kind: string, message: object): Promise<any> {
+    const id = ++this.number;
+    return new Promise((done, failed) => {
+      this.waiting.set(id, [done, failed]);
+      this.worker.postMessage({ kind, id, ...message });
+    });
+  }
+}
