@@ -19,6 +19,16 @@ settings.load_profile("dehyst")
 
 
 @pytest.fixture
+def one_compiler():
+    """`verify` and FMUs with one compiler at one level: all of them are for tests/test_export_fmu.py and
+    test_rows_on_targets.py, zig's platforms for test_export_platforms.py."""
+    from fmu_tools import quickly
+
+    with quickly():
+        yield
+
+
+@pytest.fixture
 def run(monkeypatch, capsys):
     """Run one command line in this process; return exit status, stdout, stderr."""
 

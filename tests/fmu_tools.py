@@ -27,7 +27,7 @@ def quickly():
     """One compiler and no cross compiler: what else there is, one test tries."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sources, "TARGETS", (sources.LINUX,))
-        patch.setattr(sources, "find_spec", lambda name: None)  # zig, which test_export_fmu_platforms.py tries
+        patch.setattr(sources, "find_spec", lambda name: None)  # zig, which test_export_platforms.py tries
         patch.setattr(compilers, "COMPILERS", ("cc",))
         patch.setattr(compilers.found, "__defaults__", (("cc",),))
         patch.setattr(compilers, "LEVELS", ("-O1",))

@@ -167,6 +167,7 @@ def test_an_export_is_verified_and_an_edited_one_is_not(target, real, tmp_path):
     [("st", "double"), ("st", "float"), ("fmu2", "float"), ("fmu3", "double"), ("simulink", "double"),
      ("arduino", "float")],
 )  # fmt: skip
+@pytest.mark.usefixtures("one_compiler")
 def test_every_target_holds_it_and_answers_with_its_bits(target, real, model, tmp_path):
     subject = subject_of(model, name="valve", period=PERIOD, real=real, ramp=40, follow_offset=0.1)
     export(subject, target, tmp_path / "out")

@@ -99,6 +99,7 @@ def test_exported_c_checks_itself(case, tmp_path):
 @needs_make
 @pytest.mark.parametrize("target", ["c-header", "fmu2", "fmu3", "simulink", "st"])
 @pytest.mark.parametrize("real", ["double", "float"])
+@pytest.mark.usefixtures("one_compiler")
 def test_every_target_verifies(target, real, tmp_path):
     export(subject(real=real), target, tmp_path / "out")
     bad = [check for check in verify(tmp_path / "out") if not check.ok]

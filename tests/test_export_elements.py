@@ -82,6 +82,7 @@ def test_random_sums_have_the_bits_of_the_model_in_c_and_keep_to_the_tolerance_i
                          ("simulink", "double"), ("simulink", "float"), ("arduino", "float"),
                          ("st", "double"), ("st", "float")]
 )  # fmt: skip
+@pytest.mark.usefixtures("one_compiler")
 def test_every_target_is_verified_with_schedules_and_a_period(target, real, tmp_path):
     model, what = (scheduled_model(), "inverse") if target != "fmu3" else (element_model(), "forward")
     export(subject_of(model, what, name="unit_1", real=real, ramp=40), target, tmp_path / "out")

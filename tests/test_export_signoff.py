@@ -343,6 +343,7 @@ def test_nothing_that_the_environment_says_to_make_and_compilers_counts(exports,
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("one_compiler")
 def test_an_fmu_whose_binary_another_compiler_made_is_not_run_and_where_it_can_be_verified_is_said(
     monkeypatch, tmp_path
 ):

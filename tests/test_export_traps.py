@@ -122,6 +122,7 @@ def test_a_range_of_next_to_nothing_is_refused():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("target", ["c", "c-header", "arduino", "simulink", "st", "fmu3", "rust", "ada"])
+@pytest.mark.usefixtures("one_compiler")
 def test_the_readme_says_near_its_top_what_identification_thought_of_the_model(target, tmp_path):
     for verdict in ("bad: do not compensate with this model", "good for compensation"):
         model = play_model(replace(CARD, provenance={"verdict": verdict}))

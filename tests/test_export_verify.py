@@ -14,16 +14,16 @@ from dehyst.errors import OutputError
 from dehyst.export import compilers, export, joint_subject, subject_of, verification
 from dehyst.models import ModelCard
 from export_samples import CARD, mapped_model, play_model
+from fmu_tools import quickly
 
 pytestmark = pytest.mark.skipif(shutil.which("make") is None or shutil.which("cc") is None, reason="no make or cc")
 WAVE = 3 * np.sin(np.arange(200) / 20)
 
 
-@pytest.fixture(autouse=True)
-def quick(monkeypatch):
-    """One compiler at one level instead of all."""
-    monkeypatch.setattr(compilers, "LEVELS", ("-O0",))
-    monkeypatch.setattr(compilers.found, "__defaults__", (("cc",),))
+@pytest.fixture(autouse=True, scope="module")
+def quick():
+    with quickly():
+        yield
 
 
 @pytest.fixture(scope="module")

@@ -290,6 +290,7 @@ def test_exported_c_follows_as_the_block_does(kind, what, real, tmp_path):
      ("st", "float")],
 )  # fmt: skip
 @pytest.mark.parametrize("what", ["inverse", "forward"])
+@pytest.mark.usefixtures("one_compiler")
 def test_every_target_follows_and_is_verified(target, real, what, tmp_path):
     model = play_model() if (what == "forward") == (target in ("arduino", "fmu2", "simulink")) else element_model()
     export(subject_of(model, what, name="unit_1", real=real, ramp=40, follow_offset=LIMIT), target, tmp_path / "out")
