@@ -1,5 +1,6 @@
 /* What the page asks of the C code, compiled to WebAssembly: models as the robot runs them (core/). Memory is the
  * caller's own, by page_alloc; arrays are those of JavaScript, so no call keeps a pointer that it was given. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -236,4 +237,59 @@ PAGE(page_text_read) void page_text_read(const char *text, uint32_t size, int32_
     answer[3] = stop.column;
     answer[4] = stop.empty;
     answer[5] = stop.odd;
+}
+
+/* ---- Triangular factor of rows (n, m), added to the one in r (m, m): Householder on [R; rows], a cacheful at a time. */
+enum { TRIANGLE_ROWS = 256 };
+typedef double two __attribute__((vector_size(16)));
+
+static double dot(const double *a, const double *b)
+{
+    two s = {0.0, 0.0}, t = {0.0, 0.0};
+    for (int32_t i = 0; i < TRIANGLE_ROWS; i += 4) {
+        s += *(const two *)(const void *)(a + i) * *(const two *)(const void *)(b + i);
+        t += *(const two *)(const void *)(a + i + 2) * *(const two *)(const void *)(b + i + 2);
+    }
+    s += t;
+    return s[0] + s[1];
+}
+
+PAGE(page_triangle) int32_t page_triangle(int32_t n, int32_t m, const double *rows, double *r)
+{
+    double *c = aligned_alloc(16, (size_t)m * TRIANGLE_ROWS * sizeof *c); /* by columns, padded with zeros */
+    if (c == NULL) {
+        return -1;
+    }
+    for (int32_t from = 0; from < n; from += TRIANGLE_ROWS) {
+        const int32_t count = n - from < TRIANGLE_ROWS ? n - from : TRIANGLE_ROWS;
+        for (int32_t j = 0; j < m; j++) {
+            for (int32_t i = 0; i < TRIANGLE_ROWS; i++) {
+                c[(size_t)j * TRIANGLE_ROWS + (size_t)i] = i < count ? rows[(size_t)(from + i) * (size_t)m + (size_t)j] : 0.0;
+            }
+        }
+        for (int32_t j = 0; j < m; j++) {
+            double *v = c + (size_t)j * TRIANGLE_ROWS, *top = r + (size_t)j * (size_t)m;
+            const double square = dot(v, v), alpha = top[j];
+            if (square == 0.0) {
+                continue;
+            }
+            const double length = sqrt(alpha * alpha + square), beta = alpha >= 0.0 ? -length : length;
+            const double tau = (beta - alpha) / beta, scale = 1.0 / (alpha - beta);
+            for (int32_t i = 0; i < TRIANGLE_ROWS; i++) {
+                v[i] *= scale;
+            }
+            top[j] = beta;
+            for (int32_t q = j + 1; q < m; q++) {
+                double *w = c + (size_t)q * TRIANGLE_ROWS;
+                const double t = tau * (top[q] + dot(v, w));
+                top[q] -= t;
+                const two both = {t, t};
+                for (int32_t i = 0; i < TRIANGLE_ROWS; i += 2) {
+                    *(two *)(void *)(w + i) -= both * *(const two *)(const void *)(v + i);
+                }
+            }
+        }
+    }
+    free(c);
+    return 0;
 }

@@ -84,7 +84,11 @@ def order() -> list[Any]:
 def lay_out(folder: Path) -> Path:
     """Write the pages and what they link into a folder, and beside them the tool's file; return that."""
     pages = [*MOVED, *(str(path.relative_to(ROOT)) for end in ("md", "ipynb") for path in DOCS.rglob(f"*.{end}"))]
-    files = ["CITATION.cff", *(str(path.relative_to(ROOT)) for path in DOCS.rglob("*.ipynb"))]
+    files = [
+        "CITATION.cff",
+        "src/dehyst/page/dehyst.html",
+        *(str(path.relative_to(ROOT)) for path in DOCS.rglob("*.ipynb")),
+    ]
     for path in (*(DOCS / "images").rglob("*"), *(ROOT / "examples").rglob("*")):
         files += [str(path.relative_to(ROOT))] if path.is_file() and "__pycache__" not in path.parts else []
     for source in dict.fromkeys(pages):

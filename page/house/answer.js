@@ -16,6 +16,7 @@ const called = (f, args, named) => $.k(f, args, named);
 /** Read a text log, `packed` as it was on disk; what the columns are, and which look like input and output. */
 export function read(data, packed, name) {
   table = null;
+  if (!data.length) throw called(room("errors").LogError, [`'${name}' is empty. Check that the logger was started.`], { file: name });
   const made = room("io.delimited").read_delimited(data, name);
   forget();
   table = called($.imp("dataclasses").replace, [made], { sha256: sha256(packed) });
@@ -30,7 +31,7 @@ const values = (a) => (a === null || a === undefined ? null : Float64Array.from(
 /** Identify: the fit as `dehyst identify --json` prints it, its sentences, its signals, its model. */
 export function identify(input, output, run, reading = {}, fitting = {}) {
   const record = called(room("io.logs").read_log, [table, input, output], given({ run, ...reading }));
-  const fit = called(room("identification.plays").identify, [record, "pi"], given(fitting));
+  const fit = room("identification.tracking").with_table(called(room("identification.plays").identify, [record, "pi"], given(fitting)));
   const { model, static: curve } = fit;
   const [train, test] = [fit.train_masks[0], fit.test_masks[0]].map((mask) => Uint8Array.from(mask.values()));
   const start = model._state ?? model.state;

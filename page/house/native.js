@@ -1,6 +1,6 @@
 /* The package's extension and what it takes from Python's library, for the page. */
 
-import { $, Dict, Range } from "./runtime.js";
+import { $, Dict, nd, Range } from "./runtime.js";
 import { NDArray, array, arrayOf, np } from "./numpy.js";
 
 let c = null; // exports of the C code
@@ -169,6 +169,19 @@ NDArray.prototype.view = function (t) {
 };
 const get = NDArray.prototype.get;
 NDArray.prototype.get = function (i) { const made = get.call(this, i); if (this.labels && made instanceof NDArray) made.labelled = this; return made; };
+
+// Tall factors are the work of C; JavaScript has the small ones.
+const small = nd.qr;
+nd.qr = (a, mode) => {
+  const [n, m] = a.shape;
+  if (mode !== "r" || n < m) return small(a, mode);
+  return call((put, room, out) => {
+    const r = room(m * m);
+    new Float64Array(heap(), r, m * m).fill(0);
+    if (c.page_triangle(n, m, put(a), r)) throw $.b.MemoryError("factors");
+    return arrayOf(out(r, m * m)).reshape(m, m);
+  });
+};
 
 // ---- Python's library
 const regex_flags = { ASCII: 1, IGNORECASE: 2, DOTALL: 4, MULTILINE: 8 };

@@ -27,6 +27,11 @@ export class NDArray {
     const out = store(this.type, n);
     if (this.ndim === 1) { const s = this.strides[0]; for (let k = 0, a = this.offset; k < n; k++, a += s) out[k] = this.data[a]; return out; }
     let k = 0;
+    if (this.ndim === 2) {
+      const [n, m] = this.shape, [s0, s1] = this.strides, from = this.data;
+      for (let i = 0, r = this.offset; i < n; i++, r += s0) for (let j = 0, z = r; j < m; j++, z += s1) out[k++] = from[z];
+      return out;
+    }
     each(this.shape, [this.strides], [this.offset], (a) => { out[k++] = this.data[a]; });
     return out;
   }
@@ -69,6 +74,10 @@ export class NDArray {
       if (!(at >= 0 && at < this.shape[0])) $.raise("IndexError", `index ${index} is out of bounds for size ${this.shape[0]}`);
       return this.out(this.data[this.offset + at * this.strides[0]]);
     }
+    if (index instanceof NDArray && index.ndim === 1 && this.type !== "U") {
+      const quick = rows_at(this, index);
+      if (quick) return quick;
+    }
     const plan = planned(this, index);
     if (plan.places) return new NDArray(gather(this, plan), plan.shape, this.type);
     const view = new NDArray(this.data, plan.shape, this.type, plan.strides, plan.offset);
@@ -87,6 +96,28 @@ export class NDArray {
   }
 }
 nd.NDArray = NDArray;
+/* Rows by a mask or by numbers, the usual ways to choose. */
+function rows_at(a, index) {
+  const n = a.shape[0], v = index.values();
+  if (a.ndim > 2 || (index.type === "b" && index.size !== n)) return null;
+  const m = a.ndim === 2 ? a.shape[1] : 1;
+  let count = v.length;
+  if (index.type === "b") { count = 0; for (let k = 0; k < n; k++) if (v[k]) count++; }
+  else for (let k = 0; k < count; k++) if (!(v[k] >= 0 && v[k] < n)) return null;
+  const out = store(a.type, count * m);
+  if (m > 1 || a.ndim === 2) {
+    if (!a.dense()) return null;
+    const from = a.values();
+    if (index.type === "b" && count === n) out.set(from);
+    else if (index.type === "b") { for (let k = 0, q = 0; k < n; k++) if (v[k]) { out.set(from.subarray(k * m, (k + 1) * m), q); q += m; } }
+    else for (let k = 0; k < count; k++) out.set(from.subarray(v[k] * m, (v[k] + 1) * m), k * m);
+    return new NDArray(out, [count, m], a.type);
+  }
+  const from = a.data, s = a.strides[0], o = a.offset;
+  if (index.type === "b") { for (let k = 0, q = 0; k < n; k++) if (v[k]) out[q++] = from[o + k * s]; }
+  else for (let k = 0; k < count; k++) out[k] = from[o + v[k] * s];
+  return new NDArray(out, [count], a.type);
+}
 function gather(a, plan) { const out = store(a.type, plan.places.length); for (let k = 0; k < out.length; k++) out[k] = a.data[plan.places[k]]; return out; }
 function assign(data, plan, from) {
   if (!plan.shape.length) { data[plan.offset] = from.values()[0]; return; }
@@ -298,6 +329,7 @@ const calc = (name, a, b, out) => {
   if (a.size === o.length && b.size === 1 && a.ndim >= b.ndim) LOOPS[name].as(a.values(), b.values()[0], o);
   else if (b.size === o.length && a.size === 1 && b.ndim >= a.ndim) LOOPS[name].sa(a.values()[0], b.values(), o);
   else if (a.size === o.length && b.size === o.length) LOOPS[name].aa(a.values(), b.values(), o);
+  else if (rowwise(name, a, b, shape, o)) { /* done */ }
   else {
     const f = F[name], x = broadcast(a, shape), y = broadcast(b, shape);
     let k = 0;
@@ -305,6 +337,21 @@ const calc = (name, a, b, out) => {
   }
   return shaped(o, shape, type);
 };
+/* (n, m) with (n, 1), (1, m) or (m,), which whole tables of columns are scaled and centred by. */
+function rowwise(name, a, b, shape, o) {
+  if (shape.length !== 2) return false;
+  const [n, m] = shape, full = n * m;
+  const [big, small, turned] = a.size === full ? [a, b, false] : b.size === full ? [b, a, true] : [null, null, false];
+  if (!big || big.ndim !== 2) return false;
+  const v = big.values(), s = small.values(), f = F[name];
+  const column = small.ndim === 2 && small.shape[0] === n && small.shape[1] === 1;
+  if (!column && s.length !== m) return false;
+  if (name === "mul" || name === "sub" && !turned) {
+    const times = name === "mul";
+    for (let i = 0, k = 0; i < n; i++) { const w = column ? s[i] : 0; for (let j = 0; j < m; j++, k++) { const q = column ? w : s[j]; o[k] = times ? v[k] * q : v[k] - q; } }
+  } else for (let i = 0, k = 0; i < n; i++) for (let j = 0; j < m; j++, k++) { const q = column ? s[i] : s[j]; o[k] = turned ? f(q, v[k]) : f(v[k], q); }
+  return true;
+}
 const shaped = (o, shape, type) => (shape.length ? new NDArray(o, shape, type) : type === "b" ? o[0] !== 0 : o[0]);
 const unary = (f, type) => (a, named) => {
   if (typeof a === "number" || typeof a === "boolean") return type === "b" ? f(Number(a)) !== 0 : f(Number(a));
@@ -357,6 +404,12 @@ function reduce(a, o, f, type) {
   a = array(a);
   if (o.axis === undefined || o.axis === null) { const v = a.values(); const r = f(v, 0, v.length, 1); return type === "b" ? !!r : r; }
   if (Array.isArray(o.axis)) { if (o.axis.length === a.ndim) return reduce(a, { ...o, axis: null }, f, type); $.raise("ValueError", "axes"); }
+  if (a.ndim === 2 && norm_axis(o.axis, 2) === 0 && (f === total || f === mean) && !o.keepdims && !o.out) {
+    const [n, m] = a.shape, v = a.values(), s = new Float64Array(m);
+    for (let i = 0, k = 0; i < n; i++) for (let j = 0; j < m; j++, k++) s[j] += v[k];
+    if (f === mean) for (let j = 0; j < m; j++) s[j] /= n;
+    return new NDArray(s, [m], "f");
+  }
   const axis = norm_axis(o.axis, a.ndim), shape = a.shape.filter((_n, k) => k !== axis), v = a.values(), s = steps_of(a.shape);
   const out = store(type ?? "f", size_of(shape));
   let k = 0;
@@ -439,6 +492,16 @@ export const np = {
     shape[axis] = list.reduce((n, p) => n + p.shape[axis], 0);
     const out = new NDArray(store(type, size_of(shape)), shape, type);
     if (axis === 0) { let k = 0; for (const p of list) { const v = p.values(); if (type === "U") for (let j = 0; j < v.length; j++) out.data[k + j] = v[j]; else out.data.set(v, k); k += v.length; } return out; }
+    if (axis === 1 && shape.length === 2 && type !== "U") {
+      const [n, m] = shape;
+      let at = 0;
+      for (const p of list) {
+        const w = p.shape[1], [s0, s1] = p.strides, from = p.data;
+        for (let i = 0, q = at, r = p.offset; i < n; i++, q += m, r += s0) for (let j = 0, z = r; j < w; j++, z += s1) out.data[q + j] = from[z];
+        at += w;
+      }
+      return out;
+    }
     let k = 0;
     for (const p of list) { const n = p.shape[axis]; out.put($.tup(...shape.map((_m, j) => (j === axis ? new Slice(k, k + n, null) : new Slice(null, null, null)))), p); k += n; }
     return out;

@@ -542,6 +542,7 @@ const S = {
   isspace: (s) => every(s, /^\s$/), isascii: (s) => /^[\x00-\x7f]*$/.test(s), isupper: (s) => s !== s.toLowerCase() && s === s.toUpperCase(), islower: (s) => s !== s.toUpperCase() && s === s.toLowerCase(),
   isprintable: (s) => [...s].every((c) => c === " " || !/[\p{C}\p{Z}]/u.test(c)), isidentifier: (s) => /^[\p{L}_][\p{L}\p{N}_]*$/u.test(s),
   find: (s, p, from = 0) => s.indexOf(p, from), rfind: (s, p) => s.lastIndexOf(p), index: (s, p) => { const k = s.indexOf(p); if (k < 0) $.raise("ValueError", "substring not found"); return k; },
+  rindex: (s, p) => { const k = s.lastIndexOf(p); if (k < 0) $.raise("ValueError", "substring not found"); return k; },
   count: (s, p) => (p === "" ? s.length + 1 : s.split(p).length - 1),
   partition: (s, p) => { const k = s.indexOf(p); return k < 0 ? $.tup(s, "", "") : $.tup(s.slice(0, k), p, s.slice(k + p.length)); },
   rpartition: (s, p) => { const k = s.lastIndexOf(p); return k < 0 ? $.tup("", "", s) : $.tup(s.slice(0, k), p, s.slice(k + p.length)); },

@@ -105,9 +105,6 @@ export class Engine {
   identify(input: string, output: string, run: string | null): Promise<Answer> {
     return this.ask("identify", { input, output, run, reading: {}, fitting: {} });
   }
-  files(name: string): Promise<{ name: string; data: Uint8Array }[]> {
-    return this.ask("files", { name });
-  }
   stop(): void {
     this.worker.terminate();
     for (const [, failed] of this.waiting.values()) failed(new Refusal("stopped", true));

@@ -5,7 +5,6 @@ import { Answer, Engine, Finding, Refusal, Summary } from "./engine";
 import { Inverse } from "./inverse";
 import { Link, LoopPlot, Shade, short, TimePlot } from "./plots";
 import { Core, Model } from "./wasm";
-import { zipped } from "./zip";
 
 const WAITS = 250; // ms before anything is said to be going on
 
@@ -170,6 +169,7 @@ class Identify {
 
   private show(a: Answer): void {
     const { labels } = a;
+    Object.assign(this.results, { answer: a }); // for the console of the browser, and for tests
     const test = a.said.test ?? a.said.train;
     const curve = a.said.static_test ?? a.said.static_train;
     const held = a.said.test ? "held-out loops" : "fitted loops";
@@ -184,11 +184,11 @@ class Identify {
     this.results.append(
       h("section", { class: `judged ${a.grade}`, id: "verdict", tabindex: -1 },
         h("span", { class: "badge" }, { good: "Good for compensation", care: "Usable with care", stop: "Do not compensate" }[a.grade]),
-        h("p", { class: "lead" }, a.verdict[0].toUpperCase() + a.verdict.slice(1)),
+        h("p", { class: "lead" }, a.verdict),
         h("dl", { class: "tiles" },
           tile("Model errs by", `${short(test.rmse_percent, 3)} %`, `of range, rms, on ${held}: ${unit(test.rmse, labels.outputUnit)}`),
           tile("A plain curve by", `${short(curve.rmse_percent, 3)} %`, `the best one without hysteresis: ${unit(curve.rmse, labels.outputUnit)}`),
-          tile("Operators", a.size, `start state '${a.start}'`),
+          tile("Operators", a.size.replace(" operators", ""), `start state '${a.start}'`),
           tile("Loop", `${short(a.width, 2)} % wide`, a.orientation),
           tile("Inverse gain", Number.isFinite(a.gain) ? unit(a.gain, ratio(labels)) : "no inverse", "at most, right after a reversal"))),
       ...a.warnings.map(({ code, message }) => warning(code, message)),
@@ -200,11 +200,11 @@ class Identify {
     const loop = new LoopPlot(plots, { title: "The loop", name: "loop", xLabel: labels.input, yLabel: labels.output, link, height: 360,
       described: `Measured loop, ${a.orientation}, ${short(a.width, 2)} percent of range wide, and the model's.` });
     loop.set([
-      { label: "measured", x: a.x, y: a.y, colour: "data", linked: true },
-      { label: "model", x: a.x, y: a.predicted, colour: "model", width: 1.2 },
+      { label: "measured", x: a.x, y: a.y, colour: "data", width: 3, linked: true },
+      { label: "model", x: a.x, y: a.predicted, colour: "model", width: 1 },
       { label: "plain curve", x: a.curve.u, y: a.curve.v, colour: "static", dash: [6, 4] },
     ]);
-    const back = new LoopPlot(plots, { title: "What the compensator would have asked for", name: "asked", xLabel: `${labels.input}, applied`, yLabel: `${labels.input}, asked for`,
+    const back = new LoopPlot(plots, { title: "The inverse: asked for, against applied", name: "asked", xLabel: `${labels.input}, applied`, yLabel: `${labels.input}, asked for`,
       link, height: 360, equal: true, described: "The inverse's answer to the measured output against the input that was applied: on the diagonal it gives it back." });
     back.set([
       { label: "inverse of the measured output", x: a.x, y: a.asked, colour: "train", linked: true },
@@ -239,19 +239,11 @@ class Identify {
       h("h2", {}, "Take it with you"),
       bad ? h("p", { class: "caption" }, "The verdict says not to compensate with this model: it may serve to simulate.") : null,
       h("div", { class: "row" },
-        h("button", { type: "button", class: "main", onclick: () => save(`${stem}.model.json`, a.file, "application/json") }, "model.json"),
-        h("button", { type: "button", onclick: () => void this.zip(stem) }, "C code (zip)")),
-      h("p", { class: "caption" }, "model.json is read by every command of dehyst. The zip holds the C folder: sources, a check that runs with ",
-        h("code", {}, "make check"), ", and a README."),
+        h("button", { type: "button", class: "main", onclick: () => save(`${stem}.model.json`, a.file, "application/json") }, "model.json")),
+      h("p", { class: "caption" }, "model.json is read by every command of dehyst: ", h("code", {}, "dehyst export model.json --target c --out c"), " writes the C folder."),
       h("h3", {}, "The full verdict"),
       h("p", { class: "caption" }, "This page fits one family, pi. All of them, also with creep, rate and saturation, are compared by:"),
       h("pre", {}, a.command));
-  }
-
-  private async zip(stem: string): Promise<void> {
-    const files = await this.during("Writing C", (engine) => engine.files(`${stem}.model.json`));
-    if (!files) return;
-    save(`${stem}-c.zip`, zipped(files) as BlobPart, "application/zip");
   }
 }
 

@@ -32,6 +32,7 @@ COMMANDS: dict[str, type[Any]] = {  # module of `dehyst.app` and the function th
     "compare:run_compare": requests.CompareRequest,
     "evaluate:run_evaluate": requests.EvaluateRequest,
     "muscle:run_muscle": requests.MuscleRequest,
+    "page:run_page": requests.PageRequest,
     "studio:run_studio": requests.StudioRequest,
 }
 app = typer.Typer(

@@ -405,6 +405,14 @@ class MuscleRequest:
 
 
 @dataclass(frozen=True, eq=False)
+class PageRequest:
+    """Write the page that identifies a log in a browser: one file, nothing to install, nothing uploaded."""
+
+    out: Path = argument("HTML file to write.", Path("dehyst.html"), metavar="[OUT.html]")
+    overwrite: bool = option(default=False)
+
+
+@dataclass(frozen=True, eq=False)
 class StudioRequest:
     """Open dehyst in a browser: logs dropped or named, all commands behind the page; nothing leaves this machine."""
 
