@@ -24,7 +24,8 @@ RESERVED = set(
 BUILTIN_METHODS = set(
     "append extend insert pop index count sort reverse copy clear remove strip lstrip rstrip split rsplit splitlines "
     "join replace startswith endswith lower upper casefold title isdigit isalpha isalnum isspace isascii isdecimal "
-    "isupper islower isprintable isidentifier find rfind rindex partition rpartition format encode decode zfill ljust rjust "
+    "isupper islower isprintable isidentifier find rfind rindex partition rpartition format encode decode zfill ljust "
+    "rjust "
     "capitalize removeprefix removesuffix translate expandtabs get items keys values setdefault update add discard "
     "union difference intersection isdisjoint issubset issuperset hex is_integer bit_length "
     "as_integer_ratio most_common "
