@@ -114,7 +114,8 @@ class ReachEnv(gymnasium.Env[Values, Values]):
             observed, lost = self._seen.astype(np.float32), True
         self._left -= 1
         told = self._told()
-        return observed, -float(np.abs(told["error_deg"]).mean()), lost, self._left <= 0, told
+        reward = -sum(map(abs, told["error_deg"].tolist())) / self._range.size
+        return observed, reward, lost, self._left <= 0, told
 
     def _observed(self, seen: Array) -> Values:
         n, now = self._range.size, self._seen
@@ -124,5 +125,5 @@ class ReachEnv(gymnasium.Env[Values, Values]):
         return np.minimum(np.maximum(now, -10.0), 10.0).astype(np.float32)
 
     def _told(self) -> dict[str, Any]:
-        angle = self.drives.data.qpos * DEGREES
+        angle = self.drives.angles * DEGREES
         return {"angle_deg": angle, "error_deg": self._wanted * DEGREES - angle}

@@ -64,6 +64,7 @@ class Drives:
         self._pressures, self._seed = pressures, seed
         self.model = arm_model(robot, moving=self.moving, fused=True)
         self.data = new_data(self.model)
+        self._angles = self.data.qpos  # the same memory: to ask for it anew costs as much as a period
         self._loop = _native.ClosedLoop(
             mj_step_address(), self.model._address, self.data._address,
             self.data.qpos, self.data.qvel, self.data.qfrc_applied, self.period,
@@ -123,11 +124,11 @@ class Drives:
                 ticks=ticks,
             )
         seen = self._loop.act(values, self._pressures, ticks)
-        if np.abs(self.data.qpos).max() > self._least:
+        if max(map(abs, self._angles.tolist())) > self._least:
             refuse_beyond(self.robot, self.moving, self.data.qpos[None])
         return seen
 
     @property
     def angles(self) -> Array:
         """True angles, (n,). [rad]"""
-        return np.array(self.data.qpos)
+        return np.array(self._angles)
