@@ -4,7 +4,7 @@ python benchmarks/stale.py [--joint 1] [--seed 0] [--conditions realistic] [--on
 
 Identified on the arm as it is; then the plant changes and the controller is told nothing. Slow trial at a fifth of
 the speed, fast trial with two cycles. Beside each figure: what the controller says there is of the hysteresis, and its
-flags, S (stale) and O (an offset). Status 1 if `best` is above 1.05 of off.
+flags, S (stale) and O (an offset); with S, when it was raised and the error over that without from there on. Status 1 if `best` is above 1.05 of off.
 """
 
 from __future__ import annotations
@@ -46,6 +46,13 @@ CHANGES: dict[str, dict[str, object]] = {
 TOLD = ("controller.",)  # what a controller is told of
 
 
+RAISED = {"S": "stale", "O": "shifted"}  # letter -> flag
+
+
+def _over(error: np.ndarray, without: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(error**2) / np.mean(without**2)))
+
+
 def measured(known: Robot, name: str, number: int, seed: int) -> list[str]:
     changes = CHANGES[name]
     plant = known.with_changes(changes)
@@ -54,16 +61,19 @@ def measured(known: Robot, name: str, number: int, seed: int) -> list[str]:
     prepared = point._prepared(told, told, wanted, number, "joint", seed)
     path, cells = plan_path(known), []
     for trial in ("slow", "fast"):
-        off = 0.0
+        without = np.zeros(0)
         for compensator in ("off", "paper", "best"):
             equipment = replace(prepared["paper" if compensator == "off" else compensator][0], known=told)
             run, _ = run_trial(plant, path, equipment, trial, compensator, (number,))
-            rms = float(np.sqrt(np.mean(run.error[:, number - 1] ** 2)))
-            off = off or rms
-            flags = int(np.bitwise_or.reduce(run.flags[:, number - 1]))
-            said = "".join(letter for letter, flag in (("S", "stale"), ("O", "shifted")) if flags & FLAGS[flag])
-            if compensator != "off":
-                cells.append(f"{rms / off:.3f} ({run.hysteresis[-1, number - 1]:.2f}{' ' * bool(said)}{said})")
+            error, flags = run.error[:, number - 1], run.flags[:, number - 1]
+            if compensator == "off":
+                without = error
+                continue
+            said = "".join(f" {letter}" for letter, flag in RAISED.items() if (flags & FLAGS[flag]).any())
+            stale = np.flatnonzero(flags & FLAGS["stale"])
+            if stale.size:
+                said += f" {run.time[stale[0]]:.0f} s: {_over(error[stale[0] :], without[stale[0] :]):.2f}"
+            cells.append(f"{_over(error, without):.3f} ({run.hysteresis[-1, number - 1]:.2f}{said})")
     return cells
 
 
