@@ -4,7 +4,8 @@ python benchmarks/stale.py [--joint 1] [--seed 0] [--conditions realistic] [--on
 
 Identified on the arm as it is; then the plant changes and the controller is told nothing. Slow trial at a fifth of
 the speed, fast trial with two cycles. Beside each figure: what the controller says there is of the hysteresis, and its
-flags, S (stale) and O (an offset); with S, when it was raised and the error over that without from there on. Status 1 if `best` is above 1.05 of off.
+flags, S (stale) and O (an offset); with S, when it was raised, and the error over that without from there on. Status 1
+if `best` is above 1.05 of off.
 """
 
 from __future__ import annotations
@@ -44,8 +45,6 @@ CHANGES: dict[str, dict[str, object]] = {
     "supply - 10 %": {"air.supply_bar": 6.3},
 }
 TOLD = ("controller.",)  # what a controller is told of
-
-
 RAISED = {"S": "stale", "O": "shifted"}  # letter -> flag
 
 

@@ -107,6 +107,13 @@ def test_without_hysteresis_and_creep_only_viscosity_and_noise_are_left_over():
     np.testing.assert_allclose(polyval(GRID, found.a), a, rtol=0, atol=0.02 * np.abs(a).max())
 
 
+@pytest.mark.slow
+def test_a_joint_that_stands_still_while_its_weight_is_changed_is_calibrated():
+    realistic = load_robot(conditions="realistic")
+    found = calibrate(realistic, 4)  # its play and hysteresis hold it for 0.2 s
+    assert found.b[0] == pytest.approx(nominal_characteristic(realistic, 4).b[0], rel=0.2)
+
+
 def test_slack_samples_are_left_out_and_only_those():
     sweeps = {"mean_pressures_bar": [1.6, 3.0], "loads_bar": [0.0], "sweep_s": 10.0}
     wide = load_robot(conditions="kind", changes={"calibration": sweeps})

@@ -186,6 +186,15 @@ def test_a_controller_that_fails_safe_gives_no_figures():
     assert "angle_jump" not in str(caught.value)
 
 
+def test_an_encoder_that_stands_still_is_not_called_one_that_jumps():
+    arm = trial_arm(robot(), equipment(), "fast", (1,))
+    log = arm.run(Reference.pressures(0.01, *np.zeros((3, 30, 1))), every_s=0.01)
+    log.measured[:] = 0.1
+    log.flags[-1] = FLAGS["failed"] + FLAGS["angle-fault"]
+    with pytest.raises(SimulationError, match=r"stood still for 400 samples .* raise controller.frozen_samples"):
+        refuse_failed(arm, log)
+
+
 @pytest.mark.parametrize(
     ("flags", "words", "not_said"),
     [

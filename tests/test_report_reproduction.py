@@ -6,6 +6,7 @@ import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
 from functools import reduce
 from operator import getitem
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from dehyst.robot.iso9283 import TestCube, timed
 from dehyst.robot.iso9283 import test_path as path_of_figures
 from dehyst.robot.report import write_reproduction_report
 from dehyst.robot.report.arm import magnification, scene
+from dehyst.robot.report.baseline import MEASURED, baseline
 from dehyst.robot.report.numbers import spread, tool_figures, trial_figure, trial_ratio
 from dehyst.robot.report.reasons import in_words, largest_error, limit_words
 from dehyst.robot.report.studies import break_even, rest_study
@@ -231,6 +233,31 @@ def trial_on(motion, t):
         integrator=seven, compensation=seven, figure=motion.figure(t), cycle=motion.cycle(t),
         figures=tuple(figure.name for figure in motion.path.figures), flags=seven.astype(int),
     )  # fmt: skip
+
+
+def test_the_errors_at_higher_gains_are_those_of_the_page_that_explains_them():
+    page = (Path(__file__).parents[1] / "docs" / "explanation" / "gain-or-compensator.md").read_text(encoding="utf-8")
+    assert all(MEASURED[conditions] for conditions in ("kind", "realistic"))
+    for conditions, rows in MEASURED.items():
+        for joint, pole, *cells in rows:
+            named = f"**{pole}**, highest" if "." in pole else pole
+            assert f"| {conditions} | {joint} | {named} | {' | '.join(cells)} |" in page
+
+
+def test_gains_are_named_only_for_the_plant_they_were_measured_on(result):
+    told = {"conditions": "realistic", "changes": {"path.cycles_fast": 2}}
+    known = baseline(replace(result, settings=told))
+    other = baseline(replace(result, settings=told | {"changes": {"joint.1.radius_m": 0.06}}))
+    assert any(getattr(block, "rows", None) == MEASURED["realistic"] for block in known.blocks)
+    assert "was not searched" in other.blocks[-1] and not any(hasattr(block, "rows") for block in other.blocks)
+
+
+def test_what_joints_met_is_said_on_the_first_screen_and_with_its_plant(tmp_path, result):
+    dahl = replace(result.plants["none"], remarks=("seed 0, fast, off: lost, joint 1 went to 93 deg",))
+    page = write_reproduction_report(replace(result, plants={"none": dahl}), tmp_path / "r.html")
+    words = read(page).text
+    first = words.index("1 trial ended early and has no figures.")
+    assert first < words.index("none, seed 0, fast, off: lost, joint 1 went to 93 deg")
 
 
 def test_limits_and_faults_are_named_with_trial_and_joint():

@@ -67,7 +67,7 @@ def _no_optimum() -> None:
 
 
 def _not_credible() -> None:
-    changes = {"controller.angle_jump_deg": 0.001, "calibration.sweep_s": 2.0}
+    changes = {"controller.pressure_jump_bar": 0.001, "calibration.sweep_s": 2.0}
     dehyst.calibrate(dehyst.load_robot(changes=changes), 1)
 
 
@@ -90,7 +90,7 @@ PROVOKED: dict[str, tuple[str, Callable[[], object]]] = {
         lambda: dehyst.identify(dehyst.Recording(input=[1, 1, 1, 1], output=[0, 1, 2, 3])),
     ),
     "SimulationError": (
-        "dehyst.calibrate(dehyst.load_robot(changes={'controller.angle_jump_deg': 0.001, ...}), 1)",
+        "dehyst.calibrate(dehyst.load_robot(changes={'controller.pressure_jump_bar': 0.001, ...}), 1)",
         _not_credible,
     ),
     "IdentificationError": ("dehyst.identify(rec)  # with a solver made to fail", _no_optimum),

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -204,6 +205,7 @@ def refuse_failed(arm: Arm, log: ArmLog) -> None:
 
 
 OVERLOADED = 0.2  # share of the second before a failure at a limit of valves or pressures: that is its cause
+FEWEST = 3  # rows that show that an angle stood still
 NOISY = 6.0  # times the noise: a jump that is smaller comes by chance
 
 
@@ -215,11 +217,14 @@ def _why_failed(arm: Arm, log: ArmLog, row: int, column: int) -> str:
     limited = (log.flags[before, column] & (FLAGS["valve-limit"] | FLAGS["pressure-limit"])) != 0
     told, held = arm.controllers[arm.moving[column]], f"for more than {control.hold_samples} samples"
     if flags & FLAGS["angle-fault"]:
-        jump = np.degrees(told.angle_jump)
-        what = (
-            f"{held} its angle was further than {jump:.3g} deg from what its model foretells, or stood still while "
-            f"that moved"
-        )
+        seen = log.measured[before & (log.time > log.time[row] - control.frozen_samples * arm.robot.simulation.period)]
+        if len(seen) >= FEWEST and np.ptp(seen[:, column]) < told.angle_step:
+            return (
+                f"its angle stood still for {control.frozen_samples} samples while its model foretold a motion: the "
+                f"encoder is lost, or the model is not that of the joint. Calibrate it, or raise "
+                f"controller.frozen_samples."
+            )
+        what = f"{held} its angle was further than {np.degrees(told.angle_jump):.3g} deg from what its model foretells"
         if told.angle_jump < told.angle_step:
             return f"{what}. A step of its encoder alone is larger: raise controller.angle_jump_deg."
         cure = "Calibrate the joint as it is now, take off what it does not know of, or raise controller.angle_jump_deg"
@@ -370,7 +375,9 @@ def calibrate(
     arm = Arm(
         robot,
         moving=(number,),
-        controllers={number: controller_parameters(robot, number, plan)},
+        # What is planned from data sheets is no measure of an angle: a joint in its play or hysteresis stands still
+        # while weights are changed, and the plan says that it moves.
+        controllers={number: replace(controller_parameters(robot, number, plan), angle_jump=0.0, frozen_samples=0)},
         mechanisms=mechanisms_of(mechanisms, (number,)),
         seed=seed,
     )
