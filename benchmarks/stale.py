@@ -4,8 +4,7 @@ python benchmarks/stale.py [--joint 1] [--seed 0] [--conditions realistic] [--on
 
 Identified on the arm as it is; then the plant changes and the controller is told nothing. Slow trial at a fifth of
 the speed, fast trial with two cycles. Beside each figure: what the controller says there is of the hysteresis, and its
-flags, S (stale) and O (an offset); with S, when it was raised, and the error over that without from there on. Status 1
-if `best` is above 1.05 of off.
+flags: S (stale), with when it was raised, and O (an offset). Status 1 if `best` is above 1.05 of off.
 """
 
 from __future__ import annotations
@@ -71,7 +70,7 @@ def measured(known: Robot, name: str, number: int, seed: int) -> list[str]:
             said = "".join(f" {letter}" for letter, flag in RAISED.items() if (flags & FLAGS[flag]).any())
             stale = np.flatnonzero(flags & FLAGS["stale"])
             if stale.size:
-                said += f" {run.time[stale[0]]:.0f} s: {_over(error[stale[0] :], without[stale[0] :]):.2f}"
+                said += f" from {run.time[stale[0]]:.0f} s"
             cells.append(f"{_over(error, without):.3f} ({run.hysteresis[-1, number - 1]:.2f}{said})")
     return cells
 

@@ -11,6 +11,7 @@ from statistics import median
 
 RESULT = Path(__file__).with_name("gains.csv")
 CONDITIONS, NAMES, TRIALS = ("realistic", "kind"), ("off", "paper", "best"), ("fast", "slow", "slow_no_integrator")
+OFFSETS = "realistic without sensors"  # what no loop sees
 HEAD = "fast | slow | slow, no integrator |"
 Key = tuple[str, str, str, str, str]  # conditions, joints that move, joint, mechanism, seed
 Cells = dict[tuple[str, str, str], float]  # compensator, pole or "highest", trial -> rms [mdeg]
@@ -30,11 +31,11 @@ def read() -> tuple[dict[Key, Cells], dict[Key, dict[str, float]]]:
     return cells, highest
 
 
-def grouped(cells: dict[Key, Cells], parts: int) -> dict[Key, list[Key]]:
-    """Cases of the plants as they are by the first parts of their key: realistic first, joints alone first."""
+def grouped(cells: dict[Key, Cells], parts: int, shown: tuple[str, ...] = CONDITIONS) -> dict[Key, list[Key]]:
+    """Cases of some plants by the first parts of their key: realistic first, joints alone first."""
     groups: dict[Key, list[Key]] = defaultdict(list)
-    for key in sorted(cells, key=lambda k: (CONDITIONS.index(k[0]) if k[0] in CONDITIONS else 9, len(k[1]), k)):
-        if key[0] in CONDITIONS:
+    for key in sorted(cells, key=lambda k: (shown.index(k[0]) if k[0] in shown else 9, len(k[1]), k)):
+        if key[0] in shown:
             groups[key[:parts]].append(key)
     return groups
 
@@ -42,7 +43,7 @@ def grouped(cells: dict[Key, Cells], parts: int) -> dict[Key, list[Key]]:
 def over_poles() -> str:
     """Errors over the poles, medians over mechanisms and seeds."""
     cells, highest = read()
-    lines = [f"| plant | joint | pole [1/s] | {HEAD}", "|---|---|---|---|---|---|"]
+    lines = [f"| plant | joint | pole [1/s] | {HEAD} seeds |", "|---|---|---|---|---|---|---|"]
     for (conditions, moving, joint), keys in grouped(cells, 3).items():
         top = median(highest[key]["off"] for key in keys)
         poles = sorted({pole for key in keys for _, pole, _ in cells[key]} - {"highest"}, key=float)
@@ -50,7 +51,8 @@ def over_poles() -> str:
             name = f"**{top:.1f}**, highest" if pole == "highest" else pole
             name += " (no margins)" if pole != "highest" and float(pole) > top else ""
             shown = " | ".join(_three([cells[key] for key in keys], pole, trial) for trial in TRIALS)
-            lines.append(f"| {conditions} | {_named(joint, moving)} | {name} | {shown} |")
+            seeds = {key[4] for key in keys if any((found, pole) == at[:2] for at in cells[key] for found in NAMES)}
+            lines.append(f"| {conditions} | {_named(joint, moving)} | {name} | {shown} | {len(seeds)} |")
     return "\n".join(lines)
 
 
@@ -75,7 +77,11 @@ def ratios() -> str:
         " highest: fast | slow | no integrator |",
         "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
-    for (conditions, moving, joint, mechanism), keys in grouped(cells, 4).items():
+    seeds = defaultdict(list)  # of a plant without an effect only those rows that were run with all seeds
+    for key in cells:
+        seeds[key[:4]].append(key[4])
+    told = {key: one for key, one in cells.items() if key[0] in CONDITIONS or len(seeds[key[:4]]) > 1}
+    for (conditions, moving, joint, mechanism), keys in grouped(told, 4, (*CONDITIONS, OFFSETS)).items():
         tops = ", ".join(f"{median(highest[key][name] for key in keys):.1f}" for name in NAMES)
         shown = " | ".join(_ratio([cells[key] for key in keys], pole, t) for pole in ("6", "highest") for t in TRIALS)
         lines.append(f"| {conditions} | {_named(joint, moving)} | {mechanism} | {len(keys)} | {tops} | {shown} |")
@@ -83,7 +89,9 @@ def ratios() -> str:
 
 
 def _ratio(cases: list[Cells], pole: str, trial: str) -> str:
-    values = sorted(c["best", pole, trial] / c["off", pole, trial] for c in cases)
+    values = sorted(c["best", pole, trial] / c["off", pole, trial] for c in cases if ("off", pole, trial) in c)
+    if not values:
+        return "-"
     spread = f" ({values[0]:.2f}-{values[-1]:.2f})" if len(values) > 1 else ""
     return f"{median(values):.2f}{spread}"
 
@@ -91,7 +99,7 @@ def _ratio(cases: list[Cells], pole: str, trial: str) -> str:
 def effects() -> str:
     """The realistic plant with one effect switched off, slow trial, between the two plants as they are."""
     cells, highest = read()
-    of = [key for key in cells if " without " in key[0]]
+    of = [key for key in cells if " without " in key[0] and (key[1], *key[3:]) == ("2", "preisach", "0")]
     lines = [
         "| realistic plant without | highest pole | slow at 6: off → paper → best | best/off | slow at the highest |"
         " best/off |",
