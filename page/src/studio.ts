@@ -96,7 +96,7 @@ class Studio {
     this.logs = h("select", { onchange: () => this.choose(this.logs.value) });
     const file = h("input", { type: "file", hidden: true, onchange: () => { void this.take(file.files); file.value = ""; } });
     const open = h("button", { type: "button", onclick: () => file.click() }, "Open a log …");
-    root.append(h("div", { class: "row" }, h("label", {}, "Log", this.logs), open, file,
+    root.append(h("h2", {}, "Your log"), h("div", { class: "row" }, h("label", {}, "Log", this.logs), open, file,
       h("p", { class: "caption" }, "Any format that dehyst reads; or drop it here. It is copied to a temporary folder of this machine, which goes when the studio ends.")), this.about);
     root.addEventListener("dragover", (event) => event.preventDefault());
     root.addEventListener("drop", (event) => {
@@ -275,7 +275,7 @@ class Work {
       h("tr", {}, h("th", { scope: "row" }, name), ...[score.rmse_percent, score.rmse, score.max].map((v) => h("td", { class: "number" }, short(v))));
     this.found.replaceChildren(
       h("p", { class: `verdict ${result.grade}`, role: "status" }, result.verdict),
-      h("div", { class: "scroll" }, h("table", {}, h("thead", {}, h("tr", {}, h("th"), ...["rms [% of range]", "rms", "largest"].map((name) => h("th", { class: "number", scope: "col" }, name)))),
+      h("div", { class: "scroll" }, h("table", {}, h("thead", {}, h("tr", {}, h("td"), ...["rms [% of range]", "rms", "largest"].map((name) => h("th", { class: "number", scope: "col" }, name)))),
         h("tbody", {}, row(`${result.family}, fitted`, result.train), row(`${result.family}, held out`, result.test), row("no hysteresis, held out", result.static_test)))),
       ...result.warnings.map(finding),
       h("div", { class: "row" }, view(files.report), get("Model file", files.save, "model.json", this.job)),
@@ -292,7 +292,7 @@ class Work {
       this.found.replaceChildren(
         h("p", { class: "verdict", role: "status" }, result.verdict),
         h("div", { class: "scroll" }, h("table", {}, h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "Family"),
-          ...["held out [%]", "fitted [%]", "inverse [%]", "numbers", "time [s]"].map((name) => h("th", { class: "number", scope: "col" }, name)), h("th"))),
+          ...["held out [%]", "fitted [%]", "inverse [%]", "numbers", "time [s]"].map((name) => h("th", { class: "number", scope: "col" }, name)), h("td"))),
         h("tbody", {}, ...rows.map(([name, one]) => h("tr", name === result.chosen ? { class: "chosen" } : {},
           h("th", { scope: "row" }, `${one.title}${one.tied ? TIED : ""}`),
           ...[percent(one.test?.rmse_percent), percent(one.train?.rmse_percent), one.invertible ? percent(one.inverse_percent) : "none", String(one.parameters), percent(one.seconds)].map((cell) => h("td", { class: "number" }, cell)),

@@ -271,7 +271,7 @@ function inverse(root: HTMLElement, core: Core, weights: Float64Array, listeners
   const both = new Plane(panels, "One after the other", "Output over wanted output: the 45° line if the inverse fits.",
     { label: "wanted output", low: -REACH, high: REACH, ticks: TICKS }, { label: "output y", low: -REACH, high: REACH, ticks: TICKS });
   const time = new Plane(root, "Over time", "Wanted output dashed, output solid.",
-    { label: "sample", low: 0, high: 700, ticks: [0, 100, 200, 300, 400, 500, 600, 700] }, { label: "output", low: -REACH, high: REACH, ticks: TICKS }, { width: 760, height: 230 });
+    { label: "sample", low: 0, high: 700, ticks: [0, 200, 400, 600] }, { label: "output", low: -REACH, high: REACH, ticks: TICKS }, { width: root.clientWidth < 640 ? 360 : 760, height: 230 });
   const paths: [Path, Path, Path] = [forward.path("train", { width: 1.8 }), back.path("static", { width: 1.8 }), both.path("test", { width: 1.8 })];
   both.path("axis", { dash: "4 4", width: 1.4 }).set([-2, 2], [-2, 2]);
   const [wantedLine, got] = [time.path("ink", { dash: "5 4", width: 1.4 }), time.path("test", { width: 1.8 })];

@@ -37,6 +37,7 @@ PAGE = Path(__file__).parents[2] / "page" / "dehyst.html"
 LIMIT = 1 << 30  # bytes of a log that is dropped on the page; a larger one is named on the command line, and not copied
 LONGEST = 120  # characters of a file name
 BODY = 1 << 20  # bytes of a request that names what to do
+TICK = 0.25  # s from one look at what has changed to the next
 BEAT = 15.0  # seconds from one sign of life to the next
 # Reports are pages with a script of their own: they get an origin of their own too, and cannot call the studio.
 REPORT = {"content-security-policy": "sandbox allow-scripts allow-downloads allow-popups"}
@@ -55,7 +56,7 @@ class Studio:
     pages: int = 0
     left: float = field(default_factory=time.monotonic)
     leave: Callable[[], None] = lambda: None
-    leaving: bool = False
+    leaving: Callable[[], bool] = lambda: False  # by Ctrl-C too
 
     def keep(self, path: Path, log: bool = False) -> str:
         """Return the id of a file; whoever knows it, and may ask, gets the file."""
@@ -83,14 +84,15 @@ class Studio:
         return {"id": name, "name": path.name, "bytes": path.stat().st_size if path.exists() else 0}
 
     async def watch(self) -> None:
-        """End when no page was open and nothing ran for so long."""
-        while self.idle > 0.0:
-            await asyncio.sleep(min(1.0, self.idle / 4.0))
+        """End when no page was open and nothing ran for so long; stop what runs when the studio ends."""
+        while not self.leaving():
+            await asyncio.sleep(TICK if self.idle == 0.0 else min(TICK, self.idle / 4.0))
             if self.pages or self.workers.busy:
                 self.left = time.monotonic()
-            elif time.monotonic() - self.left > self.idle:
+            elif 0.0 < self.idle < time.monotonic() - self.left:
                 self.leave()
                 return
+        await self.workers.end()
 
 
 def serve(listener: socket.socket, token: str, folder: Path, *, log: Path | None, idle: float) -> None:
@@ -106,14 +108,15 @@ def serve(listener: socket.socket, token: str, folder: Path, *, log: Path | None
             log_level="error",
             access_log=False,
             server_header=False,
-            timeout_graceful_shutdown=2,
+            proxy_headers=False,  # nobody stands between: what a header says of the client would be a lie
+            timeout_graceful_shutdown=5,
         )
     )
 
     def leave(*_: object) -> None:
-        studio.leaving = server.should_exit = True
+        server.should_exit = True
 
-    studio.leave = leave
+    studio.leave, studio.leaving = leave, lambda: bool(server.should_exit)
     signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))  # after the server has ended by it
     if hasattr(signal, "SIGHUP"):
         signal.signal(signal.SIGHUP, leave)
@@ -201,11 +204,11 @@ async def alive(studio: Studio, request: Request) -> Response:
         studio.pages += 1
         try:
             last = 0.0
-            while not studio.leaving:
+            while not studio.leaving():
                 if time.monotonic() - last > BEAT:
                     last = time.monotonic()
                     yield "\n"
-                await asyncio.sleep(0.25)
+                await asyncio.sleep(TICK)
         finally:
             studio.pages -= 1
             studio.left = time.monotonic()
@@ -293,7 +296,7 @@ async def run(studio: Studio, request: Request) -> Response:
         finally:
             if not done:
                 shutil.rmtree(room, ignore_errors=True)
-            if not studio.leaving:
+            if not studio.leaving():
                 await studio.workers.prepare()
 
     return StreamingResponse(events(), media_type="application/x-ndjson")

@@ -1,0 +1,165 @@
+"""The studio in a real browser: from a brushed log to an exported folder whose `make check` passes; stop, reload."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import zipfile
+
+import pytest
+
+from dehyst.robot.experiments import example_csv
+from test_report_browser import BROWSER
+
+playwright = pytest.importorskip("playwright.sync_api", reason="playwright drives the browser: pip install playwright")
+pytest.importorskip("starlette", reason="the studio needs starlette and uvicorn: pip install 'dehyst[studio]'")
+
+from dehyst.app.studio._server import PAGE  # noqa: E402 - needs the extra
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(BROWSER is None, reason="no Chromium or Chrome found: apt-get install chromium"),
+    pytest.mark.skipif(not PAGE.exists(), reason="the page is not built: make page"),
+    pytest.mark.skipif(os.name != "posix", reason="ended by Ctrl-C here"),
+]
+WAIT = 120_000  # ms; the machine may be busy
+
+
+@contextlib.contextmanager
+def started(folder, *words):
+    """Yield the address of a studio and its process; Ctrl-C ends it with one line, and nothing is left."""
+    environment = os.environ | {"TMPDIR": str(folder)}
+    with subprocess.Popen(
+        [sys.executable, "-m", "dehyst", "studio", *words, "--no-browser"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
+    ) as process:  # fmt: skip
+        try:
+            address = process.stdout.readline().split()[-1]
+            process.stdout.readline()
+            yield address, process
+        finally:
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+            ended = process.communicate(timeout=60)
+    assert (process.returncode, ended) == (0, ("", "the studio has ended; its temporary files are removed\n"))
+    assert list(folder.glob("dehyst-studio-*")) == []
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def page(chromium):
+    """A page that tells what it asked for, and must print no error."""
+    page = chromium.new_page()
+    page.asked, page.may_fail, said = [], "no answer of the studio", []
+    page.set_default_timeout(WAIT)
+    page.on("request", lambda request: page.asked.append(request.url))
+    page.on("pageerror", lambda fault: said.append(str(fault)))
+    page.on("console", lambda message: said.append(message.text) if message.type == "error" else None)
+    yield page
+    assert [words for words in said if page.may_fail not in words] == []
+    page.close()
+
+
+@pytest.fixture
+def log(tmp_path):
+    path = tmp_path / "elbow log.csv"
+    path.write_text(example_csv(0), encoding="utf-8")
+    return path
+
+
+def test_from_a_brush_to_a_zip_whose_check_passes(page, log, tmp_path):
+    with started(tmp_path, str(log)) as (address, _):
+        page.goto(address)
+        over = page.locator(".signals .u-over").first
+        box = over.bounding_box()
+        page.mouse.move(box["x"] + 0.1 * box["width"], box["y"] + 30)
+        page.mouse.down()
+        page.mouse.move(box["x"] + 0.8 * box["width"], box["y"] + 40, steps=8)
+        page.mouse.up()
+        start, stop = (float(page.get_by_label(name).input_value()) for name in ("From [s]", "To [s]"))
+        assert 12.0 < start < 17.0 and 112.0 < stop < 118.0  # of 144 s
+        page.get_by_label("Family").select_option("pi")
+        page.get_by_role("button", name="Identify", exact=True).click()
+        page.locator(".verdict").wait_for()
+        assert f"--from={start} --to={stop}" in page.locator("pre").inner_text()
+        with page.context.expect_page() as opened:
+            page.get_by_role("link", name="Open the report").click()
+        assert "elbow log.csv" in opened.value.title()
+        page.get_by_role("button", name="Export", exact=True).click()
+        with page.expect_download() as got:
+            page.get_by_role("button", name="Download the zip").click()
+        with zipfile.ZipFile(got.value.path()) as packed:
+            packed.extractall(tmp_path / "out")
+        assert {re.match(r"http://[^/]+/", each)[0] for each in page.asked if each.startswith("http")} == {
+            address.partition("#")[0]
+        }
+        assert not any("#" in each or address.partition("=")[2] in each for each in page.asked)  # the token is no path
+    if shutil.which("make") and shutil.which("cc"):
+        done = subprocess.run(["make", "check"], cwd=tmp_path / "out" / "compensator", capture_output=True, text=True)
+        assert done.returncode == 0 and "all checks passed" in done.stdout, done.stdout + done.stderr
+
+
+def test_what_runs_can_be_stopped_and_a_page_that_is_reloaded_goes_on(page, log, tmp_path):
+    with started(tmp_path) as (address, _):
+        page.goto(address)
+        page.locator("#panel-studio input[type=file]").set_input_files(log)
+        page.locator(".signals .u-over").first.wait_for()
+        page.get_by_role("button", name="Compare all families").click()
+        page.get_by_role("button", name="Stop").click()
+        assert "Stopped" in page.get_by_role("alert").inner_text()
+        page.reload()
+        page.locator(".signals .u-over").first.wait_for()
+        assert page.locator("#panel-studio select").first.input_value() != ""
+        page.may_fail = "403"
+        page.evaluate("sessionStorage.clear()")
+        page.goto(address.partition("#")[0] + "#studio")
+        page.reload()
+        assert "token is missing" in page.get_by_role("alert").inner_text()
+
+
+def test_ctrl_c_ends_what_runs_too(page, log, tmp_path):
+    page.may_fail = "net::ERR"
+    with started(tmp_path, str(log)) as (address, _):
+        page.goto(address)
+        page.locator(".signals .u-over").first.wait_for()
+        page.get_by_role("button", name="Compare all families").click()
+        page.get_by_role("button", name="Stop").wait_for()
+    page.get_by_text("The studio has ended").wait_for()
+
+
+def test_an_error_is_shown_in_the_words_of_dehyst(page, tmp_path):
+    (tmp_path / "odd.bin").write_bytes(bytes(range(256)) * 100)
+    with started(tmp_path) as (address, process):
+        page.goto(address)
+        page.locator("#panel-studio input[type=file]").set_input_files(tmp_path / "odd.bin")
+        said = page.get_by_role("alert").first.inner_text()
+        assert "odd.bin" in said and "Traceback" not in said and str(tmp_path) not in said
+        page.may_fail = "net::ERR"
+        process.send_signal(signal.SIGINT)
+        assert "The studio has ended" in page.get_by_text("The studio has ended").inner_text()
+
+
+def test_a_page_of_another_server_of_this_machine_gets_nothing(page, log, tmp_path, chromium):
+    """Another port of the same machine, with a browser that holds the studio open: no answer can be read."""
+    with started(tmp_path, str(log)) as (address, _):
+        page.goto(address)
+        other = chromium.new_page()
+        other.route("http://127.0.0.1:1/**", lambda route: route.fulfill(body="<p>other", content_type="text/html"))
+        other.goto("http://127.0.0.1:1/")
+        here = address.partition("#")[0]
+        ask = "(url) => fetch(url, {method: 'POST', body: '{}'}).then((answer) => answer.status, () => 'nothing')"
+        assert other.evaluate(ask, f"{here}api/run/identify") == "nothing"
+        assert other.evaluate("(url) => fetch(url).then((answer) => answer.status, () => 'nothing')", here) == "nothing"
+        other.close()
