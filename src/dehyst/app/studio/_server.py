@@ -117,7 +117,7 @@ def serve(listener: socket.socket, token: str, folder: Path, *, log: Path | None
         server.should_exit = True
 
     studio.leave, studio.leaving = leave, lambda: bool(server.should_exit)
-    signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))  # after the server has ended by it
+    server.handle_exit = leave  # of SIGINT and SIGTERM, each as often as it comes: its own would tear the rest down
     if hasattr(signal, "SIGHUP"):
         signal.signal(signal.SIGHUP, leave)
     server.run(sockets=[listener])
