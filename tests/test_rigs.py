@@ -18,6 +18,7 @@ from dehyst.robot.arm.joints import pneumatic_joint_parameters, run_pressures
 from dehyst.robot.arm.parameters import robot_of, sources
 from dehyst.robot.experiments.calibration import controller_parameters, nominal_characteristic
 from dehyst.robot.experiments.equipment import equip
+from dehyst.robot.experiments.gains import steady_pole
 from dehyst.robot.experiments.path import plan_path
 from dehyst.robot.experiments.reference import Moves, drawn_moves, read_moves
 from dehyst.robot.experiments.reproduce import Request, reproduce
@@ -161,6 +162,7 @@ def test_joints_of_a_body_that_no_one_names_are_locked_where_the_file_has_them(t
         (["elbow", "shoulder"], ("", ""), "from the base outwards: shoulder, elbow"),
         (["shoulder"], ('type="revolute"', 'type="prismatic"'), "no hinge"),
         (["shoulder"], ("<robot", "<rowboat"), "MuJoCo cannot use the body file"),
+        (["elbow"], ('<mass value="1.0"', '<mass value="0"'), "Give each link that moves an <inertial>"),
     ],
 )
 def test_a_body_that_does_not_fit_its_robot_is_refused(tmp_path, names, change, says):
@@ -252,7 +254,7 @@ def test_dehyst_reproduces_on_the_example_and_best_halves_every_error_that_of_on
     assert "Errors of the tool" in page and 'id="arm"' in page and "By ISO 9283" not in page
 
 
-@pytest.mark.parametrize("joints", [1, 3, 12])
+@pytest.mark.parametrize("joints", [1, 3, pytest.param(12, marks=pytest.mark.slow)])
 def test_a_new_rig_can_be_loaded_holds_its_weight_and_says_what_is_assumed(tmp_path, joints):
     file = tmp_path / "new.toml"
     file.write_text(new_rig(file, joints), encoding="utf-8")
@@ -271,8 +273,87 @@ def test_a_new_rig_takes_joints_and_the_middle_of_their_ranges_from_a_model_file
     robot = load_robot(file)
     assert [joint.body_joint for joint in robot.joints.values()] == ["shoulder", "elbow"]
     np.testing.assert_allclose([joint.zero for joint in robot.joints.values()], [0.5, 1.0], rtol=1e-3)
-    with pytest.raises(ParameterError, match=r"has 0 hinges with names"):
+    with pytest.raises(ParameterError, match=r"has no hinge that a muscle could move: no joints at all"):
         new_rig(file, body=_written(tmp_path / "none.xml", "<mujoco/>"))
+
+
+MESH = '<collision><geometry><mesh filename="package://arm/{}"/></geometry></collision><inertial>'
+
+
+def test_a_new_rig_locks_what_no_muscle_can_move_and_says_so(tmp_path):
+    slides = URDF.replace('name="elbow" type="revolute"', 'name="elbow" type="prismatic"')
+    slides = slides.replace("<inertial>", MESH.format("lost.dae"), 1)
+    text = new_rig(tmp_path / "new.toml", body=_written(tmp_path / "two.urdf", slides))
+    assert text.count("\n[joint.") == 1 and "# Locked there: elbow slides.\n" in text
+    led = URDF.replace('upper="2" effort="100" velocity="10"/></joint></robot>', 'upper="2" effort="1" velocity="1"/>'
+                       '<mimic joint="shoulder"/></joint></robot>')  # fmt: skip
+    assert "elbow follows shoulder" in new_rig(tmp_path / "new.toml", body=_written(tmp_path / "two.urdf", led))
+    mesh = MESH.format("lost.stl").removesuffix("<inertial>")
+    bare = re.sub("<inertial>.*?</inertial>", mesh, URDF, count=1, flags=re.DOTALL)
+    with pytest.raises(ParameterError, match=r"link 'upper' of 'two.urdf' has no <inertial>, and the mesh 'package:"):
+        new_rig(tmp_path / "new.toml", body=_written(tmp_path / "two.urdf", bare))
+
+
+@pytest.mark.parametrize(
+    ("limits", "drive"),
+    [((-1.0, 1.0), "dmsp20"), ((3.0, 6.0), "dmsp20"), ((-0.2, 0.2), "dmsp20"), (None, "dmsp20")],
+)
+def test_a_new_rig_turns_as_far_as_its_body_s_joint(tmp_path, limits, drive):
+    name = 'say "knee" é'
+    ends = f'<limit lower="{limits[0]}" upper="{limits[1]}" effort="1" velocity="1"/>' if limits else ""
+    kind = "revolute" if limits else "continuous"
+    body = f"""<robot name="r"><link name="base"/><link name="leg"><inertial>
+<origin xyz="0.1 0 0"/><mass value="0.5"/><inertia ixx="0.001" ixy="0" ixz="0"
+iyy="0.001" iyz="0" izz="0.001"/></inertial></link><joint name="{{}}" type="{kind}">
+<parent link="base"/><child link="leg"/><axis xyz="0 1 0"/>{ends}</joint></robot>"""
+    body = body.format(name.replace('"', "&quot;"))
+    file = tmp_path / "new.toml"
+    robot = load_robot(_written(file, new_rig(file, body=_written(tmp_path / "leg.urdf", body))))
+    joint = robot.joint(1)
+    assert joint.body_joint == name and joint.driven == (drive, drive)
+    if limits:
+        assert joint.zero == pytest.approx(sum(limits) / 2, abs=1e-3)
+    reach = min((limits[1] - limits[0]) / 2 if limits else np.radians(25.0), np.radians(120.0))
+    assert joint.range == pytest.approx(max(reach, np.radians(1.0)), rel=1e-3)
+    assert not cautions(robot, check_rig(robot))
+
+
+def test_joints_that_are_too_light_or_too_heavy_for_muscles_get_a_servo_and_a_reason(tmp_path):
+    body = """<mujoco><worldbody><body><joint name="arm" axis="0 1 0"/>
+<geom type="capsule" fromto="0 0 0 0.5 0 0" size="0.03" mass="{}"/></body></worldbody></mujoco>"""
+    for mass, why in ((1e-4, "too stiff for this small inertia"), (300.0, "too weak for gravity")):
+        text = new_rig(tmp_path / "new.toml", body=_written(tmp_path / "arm.xml", body.format(mass)))
+        assert 'drive = "electric"' in text and why in text
+
+
+def test_joints_in_frames_are_locked_where_they_are(tmp_path):
+    body = """<mujoco><worldbody><frame pos="0 0 1" euler="0 0 90"><frame euler="30 0 0"><body pos="0.1 0 0">
+<joint name="a" axis="0 1 0" ref="20"/><geom size="0.1"/><body pos="0.3 0 0"><joint name="b" axis="0 1 0"/>
+<geom size="0.1" pos="0.2 0 0"/></body></body></frame></frame></worldbody></mujoco>"""
+    both, alone = (of_a_body(tmp_path, body, names, "arm.xml", "zero_deg = 20.0") for names in (["a", "b"], ["b"]))
+    angles = np.radians([[10.0, 5.0]])
+    turned = rb.tool_positions(rb.arm_model(both), angles)
+    held = rb.arm_model(both, moving=(2,), locked={1: angles[0, 0]})
+    np.testing.assert_allclose(rb.tool_positions(held, angles[:, 1:]), turned, atol=1e-12)
+    np.testing.assert_allclose(  # where the file has it: at 20 deg, which is its zero
+        rb.tool_positions(rb.arm_model(alone), angles[:, 1:]), rb.tool_positions(rb.arm_model(both), angles * [0, 1]),
+        atol=1e-12,
+    )  # fmt: skip
+
+
+def test_poles_that_joints_together_do_not_stand_are_told_with_those_that_they_do(tmp_path):
+    file = tmp_path / "new.toml"
+    chosen = load_robot(_written(file, new_rig(file, 2)), conditions="realistic")
+    assert not cautions(chosen, check_rig(chosen)) and steady_pole(chosen) == np.inf
+    fast = chosen.with_changes({f"joint.{n}.pole_1_s": 60.0 for n in (1, 2)})
+    most = steady_pole(fast)
+    assert 2.0 < most < 60.0
+    assert steady_pole(fast, dict.fromkeys((1, 2), most)) == np.inf
+    assert steady_pole(fast, dict.fromkeys((1, 2), 1.3 * most)) < np.inf
+    assert (
+        f"joint.1.pole_1_s = joint.2.pole_1_s = {np.floor(10 * most) / 10:g} or less"
+        in cautions(fast, check_rig(fast))[0]
+    )
 
 
 def test_two_joints_on_one_hinge_of_the_body_are_refused_by_its_name(tmp_path):
@@ -290,9 +371,10 @@ def test_torques_of_a_check_are_force_times_radius_and_its_frequency_that_of_a_s
     check = check_rig(robot)[1]
     assert (np.diff(check.pulls, axis=0) >= 0).all() and (np.diff(check.pulls, axis=1) <= 1e-9).all()
     assert check.frequency == pytest.approx(np.sqrt(check.stiffness / check.inertia) / (2 * np.pi))
-    heavy = robot.with_changes({"joint.1.link_mass_kg": 30.0, "joint.1.pole_1_s": 0.5})
-    said = " ".join(cautions(heavy, check_rig(heavy)))
-    assert "cannot be held" in said and "softer than its own muscles" in said
+    heavy, slow = {"joint.1.link_mass_kg": 30.0}, {"joint.1.pole_1_s": 8.0, "joint.1.damping_Nm_s": 0.4}
+    for changes, says in ((heavy, "cannot be held"), (slow, "softer than its own muscles")):
+        changed = robot.with_changes({**changes, "controller.pressure_gain_1_s": 30.0})
+        assert says in cautions(changed, check_rig(changed))[0]
 
 
 def test_the_command_writes_checks_and_refuses(tmp_path, monkeypatch, capsys):

@@ -2,13 +2,15 @@
 
 Of the file are taken: bodies with their masses, joints, bearings, springs and tendons, gravity. Joints that the robot's
 file does not name are locked where the file has them at first. Actuators, sensors, key frames, contacts, stops and
-equality constraints are left out: what moves the joints is dehyst's, and it simulates no constraints.
+equality constraints are left out: what moves the joints is dehyst's, and it simulates no constraints. Meshes that
+cannot be read are left out, too, where masses do not come from them.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +24,8 @@ from dehyst.robot.arm.parameters import Robot
 if TYPE_CHECKING:
     from mujoco import MjModel
 
+MOST_JOINTS = 12  # of a robot
+MESHES = (".stl", ".obj", ".msh")  # that MuJoCo reads
 POINT_INERTIA = 1e-9  # of a point mass: MuJoCo wants more than nothing [kg m^2]
 
 
@@ -61,29 +65,102 @@ def body_model(
     return model
 
 
-def hinges_of(lib: Any, file: Path) -> list[tuple[str, float, float]]:
-    """Return name and range [rad], else 0, 0, of every hinge with a name in a body file, from the base outwards."""
+@dataclass(frozen=True)
+class Hinges:
+    """Joints of a body file: name and range [rad], else 0, 0, of hinges that can be driven, from the base outwards; and
+    what each other joint is."""
+
+    free: tuple[tuple[str, float, float], ...]
+    locked: tuple[str, ...]
+
+
+def hinges_of(lib: Any, file: Path) -> Hinges:
+    """Return which joints of a body file can be driven, and why the others cannot."""
     try:
-        model = lib.MjSpec.from_file(str(file)).compile()
+        spec = _parsed(lib, file, file.name)
+        model = spec.compile()
     except ValueError as fault:
-        raise _unreadable(file.name, fault) from None
-    hinge = lib.mjtJoint.mjJNT_HINGE
-    hinges = [k for k in range(model.njnt) if model.jnt_type[k] == hinge and model.joint(k).name]
-    return [(model.joint(k).name, *(model.jnt_limited[k] * model.jnt_range[k]).tolist()) for k in hinges]
+        raise fault if isinstance(fault, ParameterError) else _unreadable(file.name, fault) from None
+    kinds = lib.mjtJoint
+    why = {kinds.mjJNT_SLIDE: "slides", kinds.mjJNT_BALL: "is a ball joint", kinds.mjJNT_FREE: "floats freely"}
+    led = {each.name1: each.name2 for each in spec.equalities if each.type == lib.mjtEq.mjEQ_JOINT}
+    said: dict[int, str] = {}
+    for joint in spec.joints:
+        if joint.type != kinds.mjJNT_HINGE:
+            said[joint.id] = why[joint.type]
+        elif not joint.name:
+            said[joint.id] = "has no name"
+        elif joint.name in led:
+            said[joint.id] = f"follows {led[joint.name]}" if led[joint.name] else "is held by an equality"
+    bodies = {model.jnt_bodyid[k] for k in said}
+    told = {
+        k: said.get(k, "shares a body with a locked one") for k in range(model.njnt) if model.jnt_bodyid[k] in bodies
+    }
+    hinges = [k for k in range(model.njnt) if k not in told]
+    told |= dict.fromkeys(hinges[MOST_JOINTS:], f"comes after the first {MOST_JOINTS}")
+    return Hinges(
+        tuple(
+            (model.joint(k).name, *(model.jnt_limited[k] * model.jnt_range[k]).tolist()) for k in hinges[:MOST_JOINTS]
+        ),
+        tuple(f"{model.joint(k).name or 'a joint'} {words}" for k, words in sorted(told.items())),
+    )
+
+
+# What MuJoCo says -> what to do about it.
+CURES = (
+    ("mass and inertia of moving bodies", "Give each link that moves an <inertial> with its mass and inertia."),
+    ("opening file", "Put that file where the body's file looks for it, or take the part out that names it."),
+    ("bad format", "Numbers only: expand a xacro file first, by: xacro ARM.urdf.xacro > ARM.urdf"),
+    ("parse error", "Name a URDF or MJCF file, as a simulator takes it."),
+    ("empty file", "Name a URDF or MJCF file, as a simulator takes it."),
+    ("plugin", "Take that <plugin> out of it: what drives the joints is dehyst's."),
+)
 
 
 def _unreadable(file: str, fault: Exception) -> ParameterError:
-    return ParameterError(
-        f"MuJoCo cannot use the body file '{file}': {' '.join(str(fault).split())} Look at it with: python -m "
-        f"mujoco.viewer --mjcf={file}",
-        file=file,
-    )
+    said = " ".join(str(fault).split()).removeprefix("Error: ")
+    cures = [cure for words, cure in CURES if words in said]
+    cure = cures[0] if cures else f"Look at it with: python -m mujoco.viewer --mjcf={file}"
+    return ParameterError(f"MuJoCo cannot use the body file '{file}': {said.rstrip('.')}. {cure}", file=file)
+
+
+def _parsed(lib: Any, place: Path, file: str) -> Any:
+    """A body file with names for all its bodies, without the meshes that cannot be read and are not needed."""
+    spec = lib.MjSpec.from_file(str(place))
+    for k, body in enumerate(spec.bodies):
+        body.name = body.name or f"body {k} without a name"
+    folder = place.parent / (spec.meshdir or "")
+    lost = {
+        mesh.name: mesh.file
+        for mesh in spec.meshes
+        if mesh.file and not (Path(mesh.file).suffix.lower() in MESHES and (folder / mesh.file).is_file())
+    }
+    for geom in [geom for geom in spec.geoms if geom.meshname in lost]:
+        if not geom.parent.explicitinertial and geom.mass != 0 and _moves(spec, geom.parent):
+            raise ParameterError(
+                f"the link '{geom.parent.name}' of '{file}' has no <inertial>, and the mesh '{lost[geom.meshname]}' "
+                f"that its mass would come from is not there or no {', '.join(MESHES)} file. Give it an <inertial>, or "
+                f"put the mesh there.",
+                body=geom.parent.name,
+            )
+        spec.delete(geom)
+    for mesh in [mesh for mesh in spec.meshes if mesh.name in lost]:
+        spec.delete(mesh)
+    return spec
+
+
+def _moves(spec: Any, body: Any) -> bool:
+    while body.name != spec.worldbody.name:
+        if body.joints:
+            return True
+        body = body.parent
+    return False
 
 
 def _read(lib: Any, robot: Robot) -> tuple[Any, MjModel]:
     """The file without what drives and holds it, its zeros those of the robot; and compiled, all joints free."""
     assert robot.body is not None
-    spec = lib.MjSpec.from_file(str(robot.beside(robot.body.file)))
+    spec = _parsed(lib, robot.beside(robot.body.file), robot.body.file)
     spec.option.timestep = robot.simulation.period
     spec.option.integrator = lib.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.disableflags |= lib.mjtDisableBit.mjDSBL_CONTACT | lib.mjtDisableBit.mjDSBL_CONSTRAINT
@@ -133,11 +210,15 @@ def _lock(lib: Any, spec: Any, whole: MjModel, angles: Mapping[str, float | None
             data.qpos[whole.jnt_qposadr[whole.joint(name).id]] = angle
     lib.mj_kinematics(whole, data)
     still = [joint for joint in spec.joints if angles.get(joint.name, 0.0) is not None]
-    for body in {joint.parent.id: joint.parent for joint in still}.values():
-        if any(joint not in still for joint in body.joints) or body.frame is not None:
+    held = {joint.parent.id: joint.parent for joint in still}
+    for body in held.values():  # what is left of their places are those of the <frame>s around them
+        body.pos, body.quat, body.alt.type = [0.0] * 3, [1.0, 0.0, 0.0, 0.0], lib.mjtOrientation.mjORIENTATION_QUAT
+    frames = spec.compile()
+    for body in held.values():
+        if any(joint not in still for joint in body.joints):
             raise ParameterError(
-                f"the body '{body.name}' of '{file}' has joints that move and joints that are locked, or lies in a "
-                f"<frame>: dehyst cannot lock them. Give each joint a body of its own, outside of frames.",
+                f"the body '{body.name}' of '{file}' has joints that move and joints that are locked: dehyst cannot "
+                f"lock them. Give each joint a body of its own.",
                 body=body.name,
             )
         parent, back = whole.body_parentid[body.id], np.empty(4)
@@ -145,7 +226,10 @@ def _lock(lib: Any, spec: Any, whole: MjModel, angles: Mapping[str, float | None
         lib.mju_negQuat(back, data.xquat[parent])
         lib.mju_rotVecQuat(place, data.xpos[body.id] - data.xpos[parent], back)
         lib.mju_mulQuat(turn, back, data.xquat[body.id])
-        body.pos, body.quat, body.alt.type = place, turn, lib.mjtOrientation.mjORIENTATION_QUAT
+        lib.mju_negQuat(back, frames.body_quat[body.id])
+        lib.mju_rotVecQuat(place, place - frames.body_pos[body.id], back)
+        lib.mju_mulQuat(turn, back, turn.copy())
+        body.pos, body.quat = place, turn
     for joint in still:
         spec.delete(joint)
 

@@ -174,7 +174,7 @@ class Joint:
     radius: Annotated[float | None, Key("m", 0.002, 1.0)]
     contraction: Annotated[float | None, Key("", 0.0, 0.25)]
     pole: Annotated[float | None, Key("1_s", 0.1, 200.0)]
-    zero: Annotated[float, Key("deg", -180.0, 180.0)] = 0.0
+    zero: Annotated[float, Key("deg", -720.0, 720.0)] = 0.0
     parallel: Annotated[int, Key("", 1, 12)] = 1
     routing: Annotated[str, Key(choices=("pulley", "lever", "polynomial", "tendon"))] = "pulley"
     lever: Annotated[tuple[float, float] | None, Key("m", 0.002, 2.0)] = None

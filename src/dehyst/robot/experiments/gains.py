@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+import math
+from collections.abc import Collection, Mapping
 from dataclasses import replace
-from math import sqrt
 
 import numpy as np
 
@@ -13,8 +13,8 @@ from dehyst.control import FLAGS
 from dehyst.errors import ParameterError, SimulationError
 from dehyst.robot.arm.arm import Reference
 from dehyst.robot.arm.parameters import Robot, listed
-from dehyst.robot.experiments.calibration import OBSERVER_RATIO, SPACING
-from dehyst.robot.experiments.equipment import Equipment
+from dehyst.robot.experiments.calibration import OBSERVER_RATIO, SPACING, nominal_characteristic
+from dehyst.robot.experiments.equipment import Equipment, equip
 from dehyst.robot.experiments.trials import trial_arm, trial_switches
 
 GAIN = 2.0  # margin: the loop's gain may be this much higher, 6 dB
@@ -22,6 +22,8 @@ DELAY_S = 0.005  # margin: a command may come this much later
 QUIET = np.radians(0.01)  # rms about its drift of an angle that is held, four ticks of the encoder: more is oscillation
 LOWEST, HIGHEST = 6.0, 80.0  # poles that are searched [1/s]
 NEAR = 1.02  # ratio of a pole that has the margins to one that has not
+ROUGHLY, SLOWEST = 1.1, 2.0  # the same ratio of `steady_pole`, and where its search ends [1/s]
+SWING = np.radians(0.1)  # rms that is no hunting of a light joint's valves any more
 MOVE_S, HOLD_S, JUDGED_S = 1.0, 4.0, 1.5  # of a move, of the hold behind it, and of its end, in which nothing may ring
 
 
@@ -98,11 +100,55 @@ def highest_pole(
             joints=joints,
         )
     while high / low > NEAR:
-        middle = sqrt(low * high)
+        middle = math.sqrt(low * high)
         if has_margins(robot, at_pole(equipment, middle, joints), joints, compensator, moving=moving):
             low = middle
         else:
             high = middle
+    return low
+
+
+def steady_pole(robot: Robot, poles: Mapping[int, float] | None = None) -> float:
+    """Return the pole that no position loop may pass for all of them together to be stable with both margins. [1/s]
+
+    All joints move at once, as in `highest_pole`, with the gains that data sheets and the robot's file give them. Small
+    swings, of valves that hunt, are no matter here. Searched to 10 %, from 2 1/s on.
+
+    Parameters
+    ----------
+    robot
+        From `load_robot`.
+    poles
+        Joint number -> what its loop is asked for; missing: that of the file.
+
+    Returns
+    -------
+    pole : float
+        Infinite if the poles have the margins as they are, 0 if not even 2 1/s has them.
+
+    Examples
+    --------
+    >>> from dehyst.robot.arm import load_robot
+    >>> slow = {"controller.pole_1_s": 3.0, "joint.6.pole_1_s": 3.0, "joint.7.pole_1_s": 3.0}
+    >>> steady_pole(load_robot(changes=slow, conditions="kind"))
+    inf
+    """
+    joints, told = robot.pneumatic, {n: nominal_characteristic(robot, n) for n in robot.pneumatic}
+    asked = {n: robot.joint(n).pole or robot.controller.pole for n in joints} | dict(poles or {})
+
+    def holds(most: float) -> bool:
+        slower = robot.with_changes({f"joint.{n}.pole_1_s": min(pole, most) for n, pole in asked.items()})
+        kit = equip(slower, told, {})
+        return has_margins(slower, kit, joints, moving=tuple(robot.joints), quiet=SWING)
+
+    if not joints or holds(math.inf):
+        return math.inf
+    low, high = SLOWEST, max(asked.values())
+    if not holds(low):
+        return 0.0
+    while high / low > ROUGHLY:
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if holds(middle) else (low, middle)
     return low
 
 
@@ -113,17 +159,18 @@ def has_margins(
     compensator: str = "off",
     *,
     moving: tuple[int, ...] | None = None,
+    quiet: float = QUIET,
 ) -> bool:
     """Whether loops, as their controllers are, stand still with doubled gains, and with 5 ms more delay."""
     told, moving = equipment.controllers, moving or joints
     doubled = {n: replace(told[n], inertia=GAIN * told[n].inertia) for n in joints}
     tighter = replace(equipment, controllers={**told, **doubled})
     later = robot.with_changes({"simulation.command_delay_s": robot.simulation.command_delay + DELAY_S})
-    return all(_quiet(r, e, joints, compensator, moving) for r, e in ((robot, tighter), (later, equipment)))
+    return all(_quiet(r, e, joints, compensator, moving, quiet) for r, e in ((robot, tighter), (later, equipment)))
 
 
 def _quiet(
-    robot: Robot, equipment: Equipment, joints: tuple[int, ...], compensator: str, moving: tuple[int, ...]
+    robot: Robot, equipment: Equipment, joints: tuple[int, ...], compensator: str, moving: tuple[int, ...], quiet: float
 ) -> bool:
     arm = trial_arm(robot, equipment, "slow", moving)
     reach = [0.5 * robot.joint(number).range if number in joints else 0.0 for number in moving]
@@ -137,7 +184,7 @@ def _quiet(
     ends = [(k + 1) * (MOVE_S + HOLD_S) for k in range(2)]
     columns = [moving.index(number) for number in joints]
     holds = [log.angle[(log.time >= end - JUDGED_S) & (log.time < end)][:, columns] for end in ends]
-    return not (log.flags & FLAGS["failed"]).any() and all(_rings(hold) < QUIET for hold in holds)
+    return not (log.flags & FLAGS["failed"]).any() and all(_rings(hold) < quiet for hold in holds)
 
 
 def _rings(hold: Array) -> float:
