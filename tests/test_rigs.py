@@ -208,6 +208,51 @@ def test_a_reference_is_read_from_a_log_and_led_back_to_its_start(tmp_path):
         read_moves(robot, tmp_path / "moves.csv")
 
 
+@pytest.mark.parametrize(
+    ("rows", "says"),
+    [
+        ("0,0\n1,1\n1,2\n2,3\n3,4\n4,5\n5,6\n6,7", "share the time stamp"),
+        ("6,0\n5,1\n4,2\n3,3\n2,4\n1,5\n0,6", "newest row first"),
+        ("0,0\n1,1\n2,2\n0.5,3\n4,4\n5,5\n6,6\n7,7\n8,7\n9,7\n10,7", "time"),
+    ],
+)
+def test_a_reference_whose_time_repeats_or_runs_back_is_refused(tmp_path, rows, says):
+    file = _written(tmp_path / "moves.csv", f"time_s,joint1_deg\n{rows}\n")
+    with pytest.raises(ParameterError, match=rf"moves.csv is no reference: .*{says}.*each time once"):
+        read_moves(load_robot(rig(tmp_path)), file)
+
+
+def test_radians_in_degrees_and_milliseconds_in_seconds_are_warned_of_and_what_is_right_is_not(tmp_path, recwarn):
+    robot, t = load_robot(rig(tmp_path)), np.linspace(0.0, 4.0, 41)
+
+    def read(angle, time, head="time_s,joint1_deg"):
+        rows = "\n".join(f"{a:.6f},{b:.6f}" for a, b in zip(time, angle, strict=True))
+        read_moves(robot, _written(tmp_path / "moves.csv", f"{head}\n{rows}\n"))
+
+    angle = 20.0 * np.sin(t)
+    read(angle, t)
+    read(np.radians(angle), t, "time_s,joint1_rad")
+    read(angle, 1e3 * t, "time_ms,joint1_deg")
+    assert not recwarn.list
+    with pytest.warns(UserWarning, match=r"by more than 0.349 deg, as if radians stood in a column of degrees"):
+        read(np.radians(angle), t)
+    with pytest.warns(UserWarning, match=r"a row every 100 s, as if milliseconds stood in a column of seconds"):
+        read(angle, 1e3 * t)
+
+
+@pytest.mark.parametrize(
+    ("more", "first", "says"),
+    [
+        ('routing = "lever"\nlever_m = [0.28, 0.032]\nlever_angle_deg = 80\n', "", "routing = 'lever' has no pulley"),
+        ('body_joint = "shoulder"\n', '[body]\nfile = "two.urdf"\n', r"\[body\] has the links"),
+    ],
+)
+def test_keys_that_would_do_nothing_are_refused_by_name(tmp_path, more, first, says):
+    _written(tmp_path / "two.urdf", URDF)
+    with pytest.raises(ParameterError, match=rf"joint.1.(radius_m|axis|link_\w+) = .* would do nothing: {says}"):
+        load_robot(rig(tmp_path, 1, more, first))
+
+
 def test_moves_that_the_valves_cannot_follow_are_slowed_down(tmp_path):
     robot = load_robot(rig(tmp_path, 1, "[reference]\nmove_s = 0.05\n"))
     planned = plan_path(robot)

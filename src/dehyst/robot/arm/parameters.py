@@ -222,10 +222,28 @@ def robot_of(
     if base is not None:
         over = CONDITIONS[conditions or (base if base in CONDITIONS else DEFAULT)]
         packaged = _merged(_read(PACKAGED), _read(over) if over else {})
+    _refuse_unused(values, name)
     for key in OF_ITS_JOINTS if base == "parts" else ():
         table, _, inner = key.rpartition(".")
         del (packaged[table] if table else packaged)[inner]
     return _robot(_merged(packaged, values), changes or {}, name, folder)
+
+
+def _refuse_unused(values: Mapping[str, Any], name: str) -> None:
+    """Keys that a file itself gives to a joint that has no use for them."""
+    joints = values.get("joint")
+    for number, joint in joints.items() if isinstance(joints, Mapping) else ():
+        if not isinstance(joint, Mapping):
+            continue
+        routing = joint.get("routing", "pulley")
+        unused = {"radius_m": f"routing = {shown(routing)} has no pulley"} if routing != "pulley" else {}
+        if "body" in values:
+            unused |= dict.fromkeys(("axis", "link_length_m", "link_radius_m", "link_mass_kg"), "[body] has the links")
+        for key in [key for key in unused if key in joint]:
+            raise ParameterError(
+                f"{name}: joint.{number}.{key} = {shown(joint[key])} would do nothing: {unused[key]}. Remove it.",
+                key=f"joint.{number}.{key}",
+            )
 
 
 def listed(numbers: Iterable[int]) -> str:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,12 +14,14 @@ from scipy.interpolate import BPoly, make_interp_spline
 
 from dehyst.arrays import Array, Rows
 from dehyst.errors import ParameterError
-from dehyst.io.logs import read_columns
+from dehyst.io.logs import Columns, read_columns
 from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.arm.tables import Drawn
 from dehyst.units import convert
 
 CLOSED = math.radians(0.01)  # angles that are nearer are the same: nobody types more digits [rad]
+FEW = 0.15  # of a joint's range: angles within it and within pi may be radians
+LONG_STEP = 2.0  # between rows: they may be milliseconds [s]
 LEAST_SAMPLES = 6  # of a file: what a quintic needs
 
 
@@ -123,13 +126,24 @@ def read_moves(robot: Robot, file: str | Path) -> Moves:
     LogError
         If the file cannot be read; ColumnError if a joint has no column.
     ParameterError
-        If there is no time, too little of it, or an angle lies beyond the joint's range.
+        If there is no time, too little of it, time that repeats or runs back, or an angle beyond the joint's range.
+
+    Warns
+    -----
+    UserWarning
+        If angles look like radians in a column of degrees, or times like milliseconds in one of seconds.
     """
     names = {f"joint {n}": joint.body_joint or f"joint{n}" for n, joint in robot.joints.items()}
     table = read_columns(file, names)
     if table.time is None or table.time.size < LEAST_SAMPLES:
         raise ParameterError(
             f"{table.name} is no reference: it needs a column time_s and {LEAST_SAMPLES} rows or more.",
+            file=table.name,
+        )
+    if disorder := [finding.message for finding in table.findings if finding.code.endswith("-time")]:
+        raise ParameterError(
+            f"{table.name} is no reference: {disorder[0]} A motion is followed as it is written: put its rows in the "
+            f"order of time, each time once.",
             file=table.name,
         )
     angle = np.stack([np.asarray(convert(table.values[n], table.units[n] or "deg", "rad")) for n in names], axis=1)
@@ -141,6 +155,7 @@ def read_moves(robot: Robot, file: str | Path) -> Moves:
                 f"{np.degrees(joint.range):.4g} deg. Make the reference smaller, or joint.{number}.range_deg larger.",
                 joint=number,
             )
+    _warn_of_units(robot, table, names)
     time, rest = table.time - table.time[0], (robot.reference or Drawn()).move
     still = [(order, np.zeros(angle.shape[1])) for order in (1, 2)]
     there = make_interp_spline(time, angle, k=5, bc_type=(still, still))
@@ -153,3 +168,30 @@ def read_moves(robot: Robot, file: str | Path) -> Moves:
         return np.asarray(np.where((t <= time[-1])[:, None], there(np.minimum(t, time[-1]), order), back(t, order)))
 
     return Moves(curve, float(time[-1] + rest))
+
+
+def _warn_of_units(robot: Robot, table: Columns, names: Mapping[str, str]) -> None:
+    """Warn of radians in columns of degrees, and X leave the robot all but still."""
+    assert table.time is not None
+    largest = {name: float(np.abs(table.values[name]).max()) for name in names}
+    told = {name for name in names if table.units[name] in (None, "", "deg", "°")}
+    small = [
+        name
+        for name, joint in zip(names, robot.joints.values(), strict=True)
+        if name in told and 0.0 < largest[name] <= math.pi and largest[name] < FEW * math.degrees(joint.range)
+    ]
+    if small and all(name in small or not largest[name] for name in told):
+        warnings.warn(
+            f"{table.name} turns no joint by more than {max(largest[name] for name in small):.3g} deg, as if radians "
+            f"stood in a column of degrees. If they do, call the columns joint1_rad, ...",
+            UserWarning,
+            stacklevel=2,
+        )
+    step = float(np.median(np.diff(table.time)))
+    if step >= LONG_STEP:
+        warnings.warn(
+            f"{table.name} has a row every {step:.4g} s, as if milliseconds stood in a column of seconds. If they do, "
+            f"call it time_ms.",
+            UserWarning,
+            stacklevel=2,
+        )
