@@ -14,6 +14,7 @@ from dehyst.app.rig import run_rig
 from dehyst.errors import ColumnError, OutputError, ParameterError
 from dehyst.robot.arm import load_robot
 from dehyst.robot.arm import rigid_body as rb
+from dehyst.robot.arm.drawn import drawn_mjcf
 from dehyst.robot.arm.joints import pneumatic_joint_parameters, run_pressures
 from dehyst.robot.arm.parameters import robot_of, sources
 from dehyst.robot.experiments.calibration import controller_parameters, nominal_characteristic
@@ -102,7 +103,6 @@ def test_the_joints_of_the_paper_that_are_compensated_are_the_large_ones():
         (2, "[path]\nposture_weights = [1.0]", "one weight for each of the 2 joints"),
         (2, "[compensator]\njoints = [3]", "names joint 3; there are 1, 2"),
         (1, '[reference]\nfile = "none.csv"', "reference.file = 'none.csv' is not there"),
-        (1, '[body]\nfile = "none.xml"', "body.file = 'none.xml' is not there"),
         (1, "[refrence]\nmoves = 3", "Did you mean reference?"),
     ],
 )
@@ -142,6 +142,13 @@ def test_a_urdf_is_read_its_bearings_kept_and_its_zero_moved(tmp_path):
     np.testing.assert_allclose(-rb.bias_torque(model, np.zeros((1, 2)))[0, 0], weight)
     np.testing.assert_allclose(model.dof_damping, [0.3, 0.0])
     assert load_robot(tmp_path / "rig.toml") == robot and len(robot.fingerprint) == 16
+
+
+def test_a_body_file_that_is_not_there_is_named(tmp_path):
+    of_a_body(tmp_path, URDF, ["shoulder", "elbow"], "two.urdf")
+    (tmp_path / "two.urdf").unlink()
+    with pytest.raises(ParameterError, match=r"body.file = 'two.urdf' is not there"):
+        load_robot(tmp_path / "rig.toml")
 
 
 def test_a_changed_body_file_is_another_robot(tmp_path):
@@ -401,6 +408,28 @@ def test_poles_that_joints_together_do_not_stand_are_told_with_those_that_they_d
     )
 
 
+@pytest.mark.parametrize("name", [None, "planar_arm", "tendon_arm"])
+def test_drawn_muscles_move_with_their_moment_arms_and_pull_nothing(name):
+    robot = PACKAGED if name is None else load_robot(EXAMPLES / f"{name}.toml")
+    mujoco, plain = rb.mujoco(), rb.arm_model(robot)
+    model = mujoco.MjModel.from_xml_string(drawn_mjcf(robot))
+    assert model.nu == 0 and model.ntendon == 2 * len(robot.pneumatic)  # those of the file itself among them
+    np.testing.assert_allclose(model.dof_damping, plain.dof_damping)
+    q = RNG.uniform(-0.3, 0.3, (4, model.nv))
+    np.testing.assert_allclose(rb.bias_torque(model, q), rb.bias_torque(plain, q), rtol=1e-4, atol=1e-4)
+    data = mujoco.MjData(model)
+    for row, (number, joint) in enumerate(robot.joints.items()):
+        for muscle in (1, 2) if joint.pneumatic and joint.routing == "pulley" else ():
+            tendon, lengths = model.tendon(f"muscle {number}.{muscle}").id, []
+            for angle in (-1e-5, 1e-5):
+                data.qpos[:] = 0.0
+                data.qpos[row] = angle
+                mujoco.mj_forward(model, data)
+                lengths.append(data.ten_length[tendon])
+            arm = (lengths[0] - lengths[1]) / 2e-5
+            assert arm == pytest.approx((1.5 - muscle) * 2 * joint.radius, rel=1e-4)
+
+
 def test_two_joints_on_one_hinge_of_the_body_are_refused_by_its_name(tmp_path):
     with pytest.raises(ParameterError, match=r"2 joints have body_joint = 'elbow'.*shoulder, elbow"):
         rb.arm_model(of_a_body(tmp_path, URDF, ["elbow", "elbow"], "two.urdf"))
@@ -425,9 +454,10 @@ def test_torques_of_a_check_are_force_times_radius_and_its_frequency_that_of_a_s
 def test_the_command_writes_checks_and_refuses(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     run_rig(RigRequest("new", Path("rig.toml"), joints=2))
-    run_rig(RigRequest("check", Path("rig.toml"), figure=Path("rig.svg")))
+    run_rig(RigRequest("check", Path("rig.toml"), figure=Path("rig.svg"), mjcf=Path("rig.xml")))
     printed = capsys.readouterr().out
     assert "natural" in printed and "numbers are assumptions" in printed and Path("rig.svg").stat().st_size > 1000
+    assert '<spatial name="muscle 2.1"' in Path("rig.xml").read_text()
     run_rig(RigRequest("check", Path("rig.toml"), json=True))
     assert json.loads(capsys.readouterr().out)["joints"]["2"]["drives"] == ["dmsp20", "dmsp20"]
     for request, says in (

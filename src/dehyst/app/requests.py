@@ -226,6 +226,7 @@ class RigRequest:
     run: str | None = option()
     test: tuple[Path, ...] = option("fit: a log that is not fitted but tested on; repeat.", ())
     out: Path | None = option("fit: file of the robot to write, with the numbers found.")
+    mjcf: Path | None = option("check: write the robot for MuJoCo's viewer to this file, its muscles drawn.")
     figure: Path | None = option()
     json: bool = option(default=False)
     overwrite: bool = option(default=False)

@@ -15,6 +15,7 @@ from dehyst.app.terminal import print_end, print_json, table, terminal
 from dehyst.errors import ParameterError
 from dehyst.files import write_atomically
 from dehyst.report.svg import require_picture_name
+from dehyst.robot.arm.drawn import drawn_mjcf
 from dehyst.robot.arm.parameters import Robot, load_robot, sources
 from dehyst.robot.experiments.rig import PRESSURES, JointCheck, cautions, check_rig, new_rig
 from dehyst.shell import quoted
@@ -44,6 +45,9 @@ def _check(request: RigRequest) -> None:
     if request.figure is not None:
         require_picture_name(request.figure)
         refuse_existing(request.figure, request.overwrite, own=RIGS)
+    if request.mjcf is not None:
+        refuse_existing(request.mjcf, request.overwrite)
+        write_atomically(request.mjcf, drawn_mjcf(robot))
     found = check_rig(robot)
     warned, said = cautions(robot, found), _said(robot, request.file)
     if request.figure is not None:
@@ -58,7 +62,7 @@ def _check(request: RigRequest) -> None:
     _print_said(said)
     for words in warned:
         terminal(stderr=True).print(f"\nwarning: {words}")
-    print_end(f"dehyst reproduce --quick --robot {quoted(request.file)}", picture=request.figure)
+    print_end(f"dehyst reproduce --quick --robot {quoted(request.file)}", picture=request.figure, model=request.mjcf)
 
 
 ACTIONS = {"new": _new, "check": _check, "fit": fit}

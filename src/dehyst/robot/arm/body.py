@@ -39,6 +39,21 @@ def body_model(
     ParameterError
         If MuJoCo cannot read the file, or it does not have what the robot's file names.
     """
+    spec = body_spec(lib, robot, moving, payload, scale, locked, fused)
+    model = spec.compile()
+    for number, joint in robot.joints.items():
+        if joint.damping is not None and number in moving:
+            model.dof_damping[model.joint(joint.body_joint).dofadr] = joint.damping
+    for values in (model.body_mass, model.body_inertia, model.dof_armature):
+        values *= scale
+    lib.mj_setConst(model, lib.MjData(model))
+    return model
+
+
+def body_spec(
+    lib: Any, robot: Robot, moving: set[int], payload: float, scale: float, locked: Mapping[int, float], fused: bool
+) -> Any:
+    """Return what `body_model` compiles, as MuJoCo's MjSpec, before dampings and masses are changed."""
     assert robot.body is not None
     file = robot.body.file
     angles = {
@@ -51,18 +66,10 @@ def body_model(
         _lock(lib, spec, whole, angles, file)  # first: numbers of bodies end with the first part that is added
         _add_tool(robot, spec, last, whole.body(last.name).ipos, payload)
         spec.compiler.fusestatic = fused
-        model = spec.compile()
+        spec.compile()
     except ValueError as fault:
-        if isinstance(fault, ParameterError):
-            raise
-        raise _unreadable(file, fault) from None
-    for joint in robot.joints.values():
-        if joint.damping is not None and angles[str(joint.body_joint)] is None:
-            model.dof_damping[model.joint(joint.body_joint).dofadr] = joint.damping
-    for values in (model.body_mass, model.body_inertia, model.dof_armature):
-        values *= scale
-    lib.mj_setConst(model, lib.MjData(model))
-    return model
+        raise fault if isinstance(fault, ParameterError) else _unreadable(file, fault) from None
+    return spec
 
 
 @dataclass(frozen=True)
