@@ -266,7 +266,7 @@ def test_the_conditions_of_the_packaged_arm_are_chosen_by_name(tmp_path):
 
 def test_robot_conditions_and_poles_stand_below_the_table(finished):
     said = " ".join(finished[1].split())
-    assert "on the seven-joint arm with pneumatic muscles, realistic plant, pole 6 1/s, of joint 6 25" in said
+    assert "on the seven-joint arm with pneumatic muscles, realistic plant, pole 6 1/s (joint 6: 25" in said
 
 
 def test_a_lost_trial_takes_no_other_with_it_and_is_named_with_its_cause(tmp_path, monkeypatch, capsys):

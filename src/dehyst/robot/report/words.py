@@ -63,10 +63,13 @@ def run_on(result: Reproduction) -> str:
     file = f" ({short(str(told['robot_file']), 40)})" if "robot_file" in told else ""
     said = [f"{short(str(told['robot']), 60)}{file}"] if "robot" in told else []
     said += [f"{told['conditions']} plant"] if "conditions" in told else []
-    said += [f"pole {pole:g} 1/s"] if isinstance(pole, (int, float)) else []
-    for key, value in told.items() if said else ():
-        if key.startswith("parameters.joint.") and key.endswith(".pole_1_s"):
-            said.append(f"of joint {key.split('.')[2]} {value:g}")
+    own = [
+        f"joint {key.split('.')[2]}: {value:g}"
+        for key, value in told.items()
+        if key.startswith("parameters.joint.") and key.endswith(".pole_1_s")
+    ]
+    others = f" ({', '.join(own)})" if own else ""
+    said += [f"pole {pole:g} 1/s{others}"] if isinstance(pole, (int, float)) else []
     return ", ".join(said)
 
 
