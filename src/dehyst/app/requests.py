@@ -190,7 +190,7 @@ class DesignRequest:
 class ReproduceRequest:
     """Run the paper's experiment on the simulated arm and write its report."""
 
-    quick: bool = option("One plant, one seed, shorter trials, no studies: less than 20 s.", False)
+    quick: bool = option("One plant, one seed, shorter trials, no studies: half a minute.", False)
     plant: str | None = option("all, maxwell-slip, preisach, dahl or none; several as preisach,none.")
     joint: str = option("Joint that is compensated, 1, 2 or 4 of the packaged arm, or all; several as 1,2.", "all")
     compensator: tuple[str, ...] = option(
