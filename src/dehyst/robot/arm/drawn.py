@@ -27,7 +27,7 @@ def drawn_mjcf(robot: Robot) -> str:
     >>> model.ntendon, model.tendon(0).name, bool(model.tendon_stiffness.any())
     (10, 'muscle 1.1', False)
     """
-    lib, told = mujoco(), (robot, set(robot.joints), robot.payload.mass, 1.0, {}, False)
+    lib, told = mujoco(), (robot, set(robot.joints), robot.payload.mass, 1.0, dict[int, float](), False)
     spec = lib.MjSpec.from_string(arm_mjcf(*told)) if robot.body is None else body_spec(lib, *told)
     model = spec.compile()
     data = new_data(model)
