@@ -293,3 +293,80 @@ PAGE(page_triangle) int32_t page_triangle(int32_t n, int32_t m, const double *ro
     free(c);
     return 0;
 }
+
+/* ---- A block as it is exported: its parameters in one image, and its answers to the bit. */
+typedef struct page_block {
+    dehyst_block block;
+    dehyst_block_state state;
+    double *z, *memory;
+} page_block;
+
+/* Image of a block of plays without maps; limits: input, output and reach low and high, slope and offset of the line, fade.
+ * Returns its words, or -1. */
+PAGE(page_block_image) int32_t page_block_image(int32_t n, const double *r, const double *w, double center, double offset,
+                                                const double *start, const double *limits, uint32_t fingerprint,
+                                                uint32_t *image)
+{
+    double *slope = malloc(2 * (size_t)n * sizeof *slope);
+    if (slope == NULL) {
+        return -1;
+    }
+    dehyst_pi_tables(n, r, w, slope, slope + n);
+    const dehyst_block block = {
+        {{0, NULL, NULL}, {n, r, slope, slope + n, center, offset}, {0, NULL, NULL}}, start, limits[0], limits[1],
+        limits[2], limits[3], limits[4], limits[5], limits[6], limits[7], limits[8], fingerprint};
+    const int32_t words = DEHYST_BLOCK_WORDS(n, 0, 0);
+    (void)dehyst_block_dump(&block, image, words);
+    free(slope);
+    return words;
+}
+PAGE(page_block_words) int32_t page_block_words(int32_t n) { return DEHYST_BLOCK_WORDS(n, 0, 0); }
+PAGE(page_state_words) int32_t page_state_words(int32_t n) { return DEHYST_STATE_WORDS(n); }
+
+PAGE(page_block_new) page_block *page_block_new(const uint32_t *image, int32_t words)
+{
+    page_block *b = calloc(1, sizeof *b);
+    double *memory = malloc((size_t)words * sizeof *memory);
+    if (b == NULL || memory == NULL || dehyst_block_load(image, words, memory, words, &b->block) != DEHYST_IMAGE_GOOD) {
+        free(memory);
+        free(b);
+        return NULL;
+    }
+    b->memory = memory;
+    b->z = malloc((size_t)b->block.model.hysteresis.n * sizeof *b->z);
+    b->state.model.z = b->z;
+    dehyst_block_reset(&b->block, &b->state);
+    return b;
+}
+PAGE(page_block_reset) void page_block_reset(page_block *b) { dehyst_block_reset(&b->block, &b->state); }
+PAGE(page_block_run) void page_block_run(page_block *b, int32_t samples, const double *x, const uint8_t *on, double *y,
+                                         double *flags)
+{
+    for (int32_t k = 0; k < samples; k++) {
+        y[k] = dehyst_block_step(&b->block, &b->state, x[k], on[k]);
+        flags[k] = b->state.flags;
+    }
+}
+PAGE(page_block_save) void page_block_save(const page_block *b, uint32_t *image)
+{
+    (void)dehyst_block_save(&b->block, &b->state, image, DEHYST_STATE_WORDS(b->block.model.hysteresis.n));
+}
+PAGE(page_block_output) double page_block_output(const page_block *b) { return b->state.output; }
+/* n, then threshold, slope, loading and start (n,) each, then center, offset, limits, line, fade, fingerprint (12). */
+PAGE(page_block_parameters) int32_t page_block_parameters(const page_block *b, double *out)
+{
+    const dehyst_pi *pi = &b->block.model.hysteresis;
+    const size_t n = (size_t)pi->n;
+    if (out != NULL) {
+        memcpy(out, pi->threshold, n * sizeof *out);
+        memcpy(out + n, pi->slope, n * sizeof *out);
+        memcpy(out + 2 * n, pi->loading, n * sizeof *out);
+        memcpy(out + 3 * n, b->block.start, n * sizeof *out);
+        const dehyst_block *k = &b->block;
+        const double rest[12] = {pi->center,     pi->offset,     k->input_low,   k->input_high, k->output_low, k->output_high,
+                                 k->reach_low,   k->reach_high,  k->line_slope,  k->line_offset, k->fade,      (double)k->fingerprint};
+        memcpy(out + 4 * n, rest, sizeof rest);
+    }
+    return pi->n;
+}
+PAGE(page_model_output) double page_model_output(const page_model *m) { return m->state.output; }

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import ast
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -126,7 +127,12 @@ class Writer:
         lines = [f"let {', '.join(names)};"] if names else []
         lines += [self.statement(s) for s in body]
         lines.append(f"Object.assign($m, {{{', '.join(f'{json.dumps(n)}: {name_of(n)}' for n in scope.names)}}});")
-        return f"$.module({json.dumps(self.module)}, ($m) => {{\n" + "\n".join(filter(None, lines)) + "\n});\n"
+        place = json.dumps(self.module.replace(".", "/") + ".py")
+        return (
+            f"$.module({json.dumps(self.module)}, ($m) => {{\nconst __file__ = {place};\n"
+            + "\n".join(filter(None, lines))
+            + "\n});\n"
+        )
 
     # ---- statements
     def block(self, body: list[ast.stmt]) -> str:
@@ -657,13 +663,63 @@ def home_of(module: str, name: str) -> str:
     return module
 
 
-def script(modules: list[str]) -> str:
-    """JavaScript of modules such as "data/loops"."""
-    parts = ['import { $ } from "./runtime.js";\n']
-    for module in modules:
-        tree = ast.parse((SOURCE / f"{module}.py").read_text(encoding="utf-8"))
-        parts.append(Writer("dehyst." + module.replace("/", "."), tree).write())
-    return "".join(parts)
+WORD = re.compile(r"[A-Za-z_]\w*")
+
+
+def _functions(tree: ast.Module) -> list[ast.FunctionDef]:
+    """Functions of a module and methods of its classes."""
+    bodies = [tree.body, *(node.body for node in tree.body if isinstance(node, ast.ClassDef))]
+    return [node for body in bodies for node in body if isinstance(node, ast.FunctionDef)]
+
+
+def _words(node: ast.AST) -> set[str]:
+    """Names that a piece of code mentions, in text too: some are asked for by getattr. What is imported is not used yet."""
+    found: set[str] = set()
+    for each in ast.walk(node):
+        if isinstance(each, ast.Name):
+            found.add(each.id)
+        elif isinstance(each, ast.Attribute):
+            found.add(each.attr)
+        elif isinstance(each, ast.keyword) and each.arg:
+            found.add(each.arg)
+        elif isinstance(each, ast.Constant) and isinstance(each.value, str) and len(each.value) < 40:
+            found.update(WORD.findall(each.value))
+    return found
+
+
+def pruned(trees: dict[str, ast.Module], asked: str) -> None:
+    """Take away the functions whose names are mentioned nowhere that is reached from `asked` and from the modules."""
+    bodies: dict[str, list[ast.FunctionDef]] = {}
+    open_ = set(WORD.findall(asked))
+    for tree in trees.values():
+        functions = _functions(tree)
+        for node in functions:
+            bodies.setdefault(node.name, []).append(node)
+            open_ |= {name for part in (*node.decorator_list, node.args) for name in _words(part)}
+        kept = {id(node): node.body for node in functions}
+        for node in functions:
+            node.body = []
+        open_ |= {name for statement in tree.body for name in _words(statement)}
+        for node in functions:
+            node.body = kept[id(node)]
+    open_ |= {name for name in bodies if name.startswith("__")}
+    reached: set[str] = set()
+    while open_:
+        name = open_.pop()
+        reached.add(name)
+        for node in bodies.get(name, ()):
+            open_ |= _words(ast.Module(node.body, [])) - reached
+    for tree in trees.values():
+        for holder in (tree, *(node for node in tree.body if isinstance(node, ast.ClassDef))):
+            holder.body = [n for n in holder.body if not isinstance(n, ast.FunctionDef) or n.name in reached]
+
+
+def script(modules: list[str], asked: str) -> str:
+    """JavaScript of modules such as "data/loops"; `asked` mentions what the page calls."""
+    trees = {name: ast.parse((SOURCE / f"{name}.py").read_text(encoding="utf-8")) for name in modules}
+    pruned(trees, asked)
+    written = [Writer("dehyst." + name.replace("/", "."), tree).write() for name, tree in trees.items()]
+    return "".join(['import { $ } from "./runtime.js";\n', *written])
 
 
 # What `dehyst identify LOG --family pi` and `dehyst inspect LOG` run through.
@@ -677,10 +733,8 @@ MODULES = (
     "io/checks io/clean io/clocks io/columns io/delimited io/layout io/logs io/order io/plain io/select "
     "io/table io/text "
     "io/inspect models/arrays models/base models/card models/model models/monotone models/prandtl_ishlinskii "
-    "models/unknown models/offset models/parameters models/storage files version"
+    "models/machine models/unknown models/offset models/parameters models/storage files version "
+    "control/storage control/block export/names export/precision export/numbers export/units export/signal export/subject "
+    "export/rendering export/core_files export/budget export/requirements export/calibration export/extra export/targets "
+    "export/c export/folder"
 ).split()
-
-if __name__ == "__main__":
-    out = Path(__file__).parent / "house" / "house.js"
-    out.write_text(script(MODULES), encoding="utf-8")
-    print(out.stat().st_size)

@@ -3,3 +3,5 @@ export function read(data: Uint8Array, packed: Uint8Array, name: string): unknow
 export function inspect(run: string | null): unknown;
 export function identify(input: string, output: string, run: string | null, reading?: object, fitting?: object): unknown;
 export function refusal(fault: unknown): { known: boolean; message: string; stack: string };
+export function files(stem: string): { name: string; data: Uint8Array }[];
+export function more(): unknown;

@@ -1,6 +1,9 @@
 /* What the page asks of the package: the columns of a log and their roles, a fit and what it says, its files. */
 
+import "./carried.js";
 import "./house.js";
+import { rendered } from "./jinja.js";
+import "./templates.js";
 import { forget, plain, provide, sha256, use } from "./native.js";
 import { $ } from "./runtime.js";
 
@@ -9,7 +12,10 @@ let table = null;
 export function begin(core) {
   use(core);
   provide();
+  room("export.rendering").render = $.def((template, values) => rendered(template, Object.fromEntries(values.pairs())), { p: ["template"], ks: true });
 }
+let model = null; // the last one identified, and its fit
+let last = null;
 const room = (path) => $.imp(`dehyst.${path}`);
 const called = (f, args, named) => $.k(f, args, named);
 
@@ -32,11 +38,12 @@ const values = (a) => (a === null || a === undefined ? null : Float64Array.from(
 export function identify(input, output, run, reading = {}, fitting = {}) {
   const record = called(room("io.logs").read_log, [table, input, output], given({ run, ...reading }));
   const fit = room("identification.tracking").with_table(called(room("identification.plays").identify, [record, "pi"], given(fitting)));
-  const { model, static: curve } = fit;
+  [model, last] = [fit.model, fit];
+  const curve = fit.static;
   const [train, test] = [fit.train_masks[0], fit.test_masks[0]].map((mask) => Uint8Array.from(mask.values()));
   const start = model._state ?? model.state;
   return {
-    said: plain(fit.as_dict()),
+    scores: { train: plain(fit.train), test: plain(fit.test), curve: plain(fit.static_test ?? fit.static_train) },
     verdict: $.b.str(fit.verdict),
     grade: $.b.str(room("findings").grade_of(fit.verdict)?.css ?? "stop"),
     warnings: [...fit.warnings].map(({ code, message }) => ({ code, message })),
@@ -54,6 +61,20 @@ export function identify(input, output, run, reading = {}, fitting = {}) {
     file: file_of(model),
     command: room("shell").typed(["dehyst", "identify", table.name, "--input", input, "--output", output, ...(run ? ["--run", run] : []), "--save", "model.json", "--report", "report.html"]),
   };
+}
+/** What takes longer: the last fit as `dehyst identify --json` prints it, and what its residual follows. */
+export function more() {
+  const { largest } = last.residual;
+  return {
+    said: plain(last.as_dict()),
+    left: largest ? `${$.f(100 * largest.share, ".0f", -1)} % of the squared residual ${largest.words}, ${$.f(largest.size_percent, ".2g", -1)} % of range rms.` : "",
+  };
+}
+/** The C folder of the last model, as `dehyst export MODEL --target c` writes it. */
+export function files(stem) {
+  const name = room("export.names").identifier(stem);
+  const subject = called(room("export.subject").subject_of, [model], { name });
+  return room("export.folder").contents(subject, "c").pairs().sort((a, b) => (a[0] < b[0] ? -1 : 1)).map(([path, data]) => ({ name: path, data: Uint8Array.from(data) }));
 }
 function file_of(model) {
   return called($.imp("json").dumps, [room("models.storage").model_to_dict(model)], { indent: 1 }) + "\n";

@@ -62,8 +62,17 @@ class Gram {
 }
 class Stepper {
   constructor(r, w, center, offset, bu, bv, au, av, z) { this.made = [r, w, center, offset, z]; this.maps = [bu, bv, au, av]; this.reset(); }
-  reset() { const [r, w, center, offset, z] = this.made; this.evaluator = new Evaluator(r, w, center, offset, z); return null; }
+  reset() { if (this.at) c.page_model_reset(this.at); const [r, w, center, offset, z] = this.made; this.evaluator = new Evaluator(r, w, center, offset, z); return null; }
   get state() { return array(this.made[4]).fresh(); }
+  get parameters() { const [r, w, center, offset, z] = this.made; return $.tup(r, w, center, offset, ...this.maps, z); }
+  /* Sample by sample by the core itself, whose bits are those of exported code. */
+  get single() {
+    const [r, w, center, offset, z] = this.made;
+    this.at ??= call((put) => c.page_model_new(size(r), put(r), put(w), center, offset, put(z)));
+    return this.at;
+  }
+  get output() { return c.page_model_output(this.single); }
+  __call__(x) { const at = this.single; return call((put, _r, out) => { const a = put([x]); c.page_model_run(at, 1, a, a); return out(a, 1)[0]; }); }
   simulate(x) {
     const [bu, bv, au, av] = this.maps;
     let y = size(bu) ? native.map_values(bu, bv, x) : x;
@@ -73,10 +82,47 @@ class Stepper {
     return $.tup(y, rejected);
   }
 }
-const maker = (C) => { const f = (...args) => new C(...args); f.prototype = C.prototype; return f; };
+class Block {
+  constructor(image) {
+    const v = array(image).values();
+    this.at = call((_p, _r, _o, bytes) => { const at = bytes(4 * v.length); new Uint32Array(heap(), at, v.length).set(v); return c.page_block_new(at, v.length); });
+    if (!this.at) $.raise("ValueError", "image");
+    this.n = c.page_block_parameters(this.at, 0);
+  }
+  reset() { c.page_block_reset(this.at); return null; }
+  get output() { return c.page_block_output(this.at); }
+  run(x, on) {
+    const n = size(x);
+    return call((put, room, out, bytes) => {
+      const [y, f, s] = [room(n), room(n), bytes(n)], given = put(x);
+      new Uint8Array(heap(), s, n).set(array(on).values());
+      c.page_block_run(this.at, n, given, s, y, f);
+      return $.tup(arrayOf(out(y, n)), arrayOf(out(f, n), "i"));
+    });
+  }
+  save() { const n = c.page_state_words(this.n); return call((_p, _r, _o, bytes) => { const at = bytes(4 * n); c.page_block_save(this.at, at); return arrayOf(Float64Array.from(new Uint32Array(heap(), at, n)), "i"); }); }
+  get parameters() {
+    const n = this.n, v = call((_p, room, out) => { const at = room(4 * n + 12); c.page_block_parameters(this.at, at); return out(at, 4 * n + 12); });
+    const part = (k) => arrayOf(v.slice(k * n, (k + 1) * n)), none = () => np.zeros(0), rest = v.slice(4 * n);
+    const names = ["input_low", "input_high", "output_low", "output_high", "reach_low", "reach_high", "line_slope", "line_offset", "fade", "fingerprint"];
+    return $.dict([["threshold", part(0)], ["slope", part(1)], ["loading", part(2)], ["center", rest[0]], ["offset", rest[1]], ["before_u", none()], ["before_v", none()], ["after_u", none()], ["after_v", none()], ["start", part(3)], ...names.map((name, k) => [name, rest[k + 2]])]);
+  }
+}
+const maker = (C) => {
+  const f = (...args) => {
+    const made = new C(...args);
+    if (!made.__call__) return made;
+    const callable = (x) => made.__call__(x); // an instance that is called
+    return new Proxy(callable, { get: (_f, key) => { const v = made[key]; return typeof v === "function" ? v.bind(made) : v; }, getPrototypeOf: () => C.prototype, has: (_f, key) => key in made });
+  };
+  f.prototype = C.prototype;
+  return f;
+};
 
 export const native = {
   SLOPES: 0, WEIGHTS: 1, STOPS: 2, ENGINE_DENSE: 2147483647, INPUT_LIMIT: 1e100, DIRECT_GROUPS: 8,
+  Block: maker(Block), BLOCK_REJECTED: 1, BLOCK_REJECTED_EVER: 2, BLOCK_LIMITED: 4, BLOCK_LIMITED_EVER: 8, OFFSET_WORDS: 0,
+  block_image: (r, w, center, offset, bu, bv, au, av, start, limits, fingerprint) => { const n = size(r), m = c.page_block_words(n); return call((put, _r, _o, bytes) => { const at = bytes(4 * m); c.page_block_image(n, put(r), put(w), center, offset, put(start), put(limits), fingerprint, at); return arrayOf(Float64Array.from(new Uint32Array(heap(), at, m)), "i"); }); },
   Evaluator: maker(Evaluator), Gram: maker(Gram), Stepper: maker(Stepper), StackStepper: maker(Stepper),
   turning_points: (x, swing) => { const n = size(x); return call((put, room, out) => { const at = room(n + 2); const m = c.page_turning_points(n, put(x), swing, at); return arrayOf(out(at, m), "i"); }); },
   essential: (x, rows) => { const k = size(rows), v = array(rows).values(), last = k ? v[k - 1] + 1 : 1; return call((put, room, out) => { const a = room(last), b = room(k + 1); const m = c.page_essential(put(x), k, put(rows), a, b); return $.tup(arrayOf(out(a, m), "i"), arrayOf(out(b, k), "i")); }); },
@@ -194,12 +240,35 @@ class Match {
   end() { return this.m.index + this.m[0].length; }
   span() { return $.tup(this.start(), this.end()); }
 }
+/* \\w of any script, within brackets or not. */
+function words_in(source) {
+  let out = "", inside = false;
+  for (let k = 0; k < source.length; k++) {
+    const ch = source[k];
+    if (ch === "\\") {
+      const next = source[++k];
+      out += next === "w" ? (inside ? "\\p{L}\\p{N}_" : "[\\p{L}\\p{N}_]") : ch + next;
+      continue;
+    }
+    if (ch === "[") inside = true;
+    else if (ch === "]") inside = false;
+    out += ch;
+  }
+  return out;
+}
 class Pattern {
   constructor(text, flags = 0) {
     if (flags instanceof $.Named) flags = flags.values.flags ?? 0;
     let source = text;
-    const wide = !(flags & 1) && /\\w|\\W|\\b/.test(source) || /[^\x00-\x7f]/.test(source);
-    if (wide) source = source.replaceAll("[^\\W\\d_]", "\\p{L}").replace(/\\w/g, "[\\p{L}\\p{N}_]");
+    const inline = /^\(\?([imsx]+)\)/.exec(source);
+    if (inline) {
+      source = source.slice(inline[0].length);
+      for (const [letter, bit] of [["i", 2], ["s", 4], ["m", 8]]) if (inline[1].includes(letter)) flags |= bit;
+    }
+    source = source.replace(/\\A/g, "^").replace(/\\Z/g, "$$");
+    const wide = !(flags & 1) && /\\w|\\W/.test(source) || /[^\x00-\x7f]/.test(source);
+    if (wide) source = source.replaceAll("[^\\W\\d_]", "\\p{L}");
+    if (wide) source = words_in(source);
     this.pattern = text;
     const mode = (flags & 2 ? "i" : "") + (flags & 4 ? "s" : "") + (flags & 8 ? "m" : "") + (wide ? "u" : "");
     this.all = new RegExp(`^(?:${source})$`, mode.replace("m", ""));
@@ -277,6 +346,24 @@ const as_dict = (v) => (v?.constructor?.$fields && !Array.isArray(v) ? $.dict(v.
 const suppress = (...kinds) => ({ __enter__: () => null, __exit__: (_t, e) => $.isinst(e, kinds) });
 const maths = Object.fromEntries(["sqrt", "exp", "log10", "log2", "log1p", "sin", "cos", "tan", "atan", "atan2", "hypot", "floor", "ceil", "trunc", "tanh", "expm1"].map((n) => [n, Math[n]]));
 
+/* Files of the package that the page carries: text by its path below the package, put here when the page is built. */
+export const carried = new Map();
+class Place {
+  constructor(path) { this.path = path; }
+  get name() { return this.path.split("/").pop(); }
+  get suffix() { const m = /.(\.[^.]+)$/.exec(this.name); return m ? m[1] : ""; }
+  get stem() { return this.suffix ? this.name.slice(0, -this.suffix.length) : this.name; }
+  get parent() { return new Place(this.path.split("/").slice(0, -1).join("/")); }
+  get parents() { const all = []; for (let p = this.parent; p.path; p = p.parent) all.push(p); return [...all, new Place(""), new Place(""), new Place(""), new Place("")]; }
+  resolve() { return this; }
+  exists() { return carried.has(this.path); }
+  is_file() { return carried.has(this.path); }
+  iterdir() { return [...carried.keys()].filter((k) => k.startsWith(this.path + "/") && !k.slice(this.path.length + 1).includes("/")).map((k) => new Place(k)); }
+  read_text() { return carried.get(this.path) ?? $.raise("FileNotFoundError", this.path); }
+  __truediv__(o) { return new Place(this.path ? `${this.path}/${$.b.str(o)}` : $.b.str(o)); }
+  __lt__(o) { return this.path < o.path; }
+  __str__() { return this.path; }
+}
 class Counts extends Dict { lookup(k) { return super.lookup(k) ?? [k, 0]; } }
 export function provide() {
   $.provide("numpy", np);
@@ -287,7 +374,7 @@ export function provide() {
   $.provide("re", re);
   $.provide("datetime", { datetime, UTC: {}, timezone: { utc: {} }, timedelta: anything });
   $.provide("time", { perf_counter: () => performance.now() / 1000, time: () => Date.now() / 1000 });
-  $.provide("csv", { reader: (l, o) => cells(l, o), Error: $.b.ValueError });
+  $.provide("csv", { reader: (l, o) => cells(l, o), writer: (stream) => ({ writerows: (rows) => stream.write([...$.it(rows)].map((row) => [...$.it(row)].map((v) => { const s = $.b.str(v); return /[",\n\r]/.test(s) ? `"${s.replaceAll('"', '""')}"` : s; }).join(",") + "\n").join("")) }), Error: $.b.ValueError });
   $.provide("difflib", { get_close_matches: (w, all, o) => { const { n = 3, cutoff = 0.6 } = o?.values ?? {}; return [...$.it(all)].map((x) => [likeness(x, w), x]).filter((x) => x[0] >= cutoff).sort((a, b) => b[0] - a[0] || (a[1] < b[1] ? 1 : -1)).slice(0, n).map((x) => x[1]); } });
   $.provide("unicodedata", { category, normalize: (f, s) => s.normalize(f) });
   $.provide("shlex", { quote: (s) => (s !== "" && /^[\w@%+=:,./-]+$/.test(s) ? s : `'${s.replaceAll("'", "'\"'\"'")}'`) });
@@ -309,7 +396,15 @@ export function provide() {
   $.provide("typing", { cast: (_t, v) => v, get_args: (t) => t.args ?? $.tup(), Literal: { $generic: (v) => ({ args: Array.isArray(v) ? $.tup(...v) : $.tup(v), $generic: (x) => x, __or__: () => anything }) }, Any: anything, NamedTuple: anything, Protocol: anything, TypeVar: () => anything, Generic: anything, ClassVar: anything, TYPE_CHECKING: false, Self: anything, TypeAlias: anything, BinaryIO: anything, ParamSpec: () => anything, overload: anything });
   $.provide("enum", { IntEnum: anything, Enum: anything });
   $.provide("abc", { ABC: anything, abstractmethod: (f) => f });
-  $.provide("pathlib", { Path: words("Path", (v) => { const s = v?.name ?? $.b.str(v); return { name: s, __str__: () => s, exists: () => false }; }) });
+  $.provide("importlib", { import_module: (n) => $.imp(n) });
+  $.provide("importlib.util", { find_spec: () => ({}) });
+  $.provide("types", { MappingProxyType: (d) => d });
+  $.provide("struct", { pack: (_s, n) => { const b = new Uint8Array(8); new DataView(b.buffer).setBigUint64(0, BigInt(n), true); return b; } });
+  $.provide("uuid", { UUID: (o) => { const b = Uint8Array.from(o.values.bytes); b[6] = (b[6] & 0x0f) | 0x50; b[8] = (b[8] & 0x3f) | 0x80; const h = [...b].map((v) => v.toString(16).padStart(2, "0")).join(""); return { __str__: () => `${h.slice(0, 8)}-${h.slice(8, 12)}-${h.slice(12, 16)}-${h.slice(16, 20)}-${h.slice(20)}` }; } });
+  $.provide("io", { StringIO: () => { let t = ""; return { write: (s) => { t += s; return null; }, getvalue: () => t }; }, BytesIO: anything });
+  $.provide("keyword", { kwlist: [], iskeyword: () => false });
+  $.provide("dehyst.export.rendering.templates", {});
+  $.provide("pathlib", { Path: words("Path", (v) => new Place(v?.path ?? v?.name ?? $.b.str(v))) });
   $.provide("hashlib", library.hashlib);
   $.provide("dehyst.io.frames", { is_frame: () => false });
   $.provide("dehyst.io.formats", { read_table: (t) => t, PathLike: anything });
@@ -327,6 +422,7 @@ export function plain(v) {
 }
 
 // ---- JSON as Python writes it, and its fingerprint
+const FLOATS = new Set(["parameters", "low", "high", "typical", "most"]);
 function dumps(value, o = {}) {
   const { sort_keys: sorted = false, separators, ensure_ascii: ascii = true, indent = null } = o;
   const [comma, colon] = separators ? [...separators] : [indent === null ? ", " : ",", ": "];
@@ -334,18 +430,20 @@ function dumps(value, o = {}) {
     const t = JSON.stringify(s);
     return ascii ? t.replace(/[\u007f-\uffff]/g, (ch) => "\\u" + ch.charCodeAt(0).toString(16).padStart(4, "0")) : t;
   };
-  const write = (v, depth) => {
+  // Numbers of a model are floats, which Python writes with a point: all of its parameters, and ranges of signals.
+  const pointed = (s) => (/^-?\d+$/.test(s) ? s + ".0" : s);
+  const write = (v, depth, floats = false) => {
     if (v === null || v === undefined) return "null";
     if (typeof v === "string") return text(v);
     if (typeof v === "boolean") return v ? "true" : "false";
-    if (typeof v === "number") { if (!Number.isFinite(v)) $.raise("ValueError", "Out of range float values are not JSON compliant"); return $.b.repr(v); }
+    if (typeof v === "number") { if (!Number.isFinite(v)) $.raise("ValueError", "Out of range float values are not JSON compliant"); return floats ? pointed($.b.repr(v)) : $.b.repr(v); }
     const gap = indent === null ? "" : "\n" + " ".repeat(indent * (depth + 1)), end = indent === null ? "" : "\n" + " ".repeat(indent * depth);
     if (v instanceof Dict) {
       let pairs = v.pairs();
       if (sorted) pairs = [...pairs].sort((a, b) => (a[0] < b[0] ? -1 : 1));
-      return pairs.length ? `{${gap}${pairs.map(([k, w]) => `${text($.b.str(k))}${colon}${write(w, depth + 1)}`).join(comma + gap)}${end}}` : "{}";
+      return pairs.length ? `{${gap}${pairs.map(([k, w]) => `${text($.b.str(k))}${colon}${write(w, depth + 1, floats || FLOATS.has(k))}`).join(comma + gap)}${end}}` : "{}";
     }
-    if (Array.isArray(v)) return v.length ? `[${gap}${[...v].map((w) => write(w, depth + 1)).join(comma + gap)}${end}]` : "[]";
+    if (Array.isArray(v)) return v.length ? `[${gap}${[...v].map((w) => write(w, depth + 1, floats)).join(comma + gap)}${end}]` : "[]";
     return $.raise("TypeError", `Object of type ${v?.constructor?.name} is not JSON serializable`);
   };
   return write(value, 0);
@@ -381,5 +479,5 @@ export function sha256(data) {
 }
 export const library = {
   json: { dumps: (v, o) => dumps(v, o?.values), loads: (t) => python(JSON.parse(t)), JSONDecodeError: $.b.ValueError },
-  hashlib: { sha256: (data) => ({ hexdigest: () => sha256(data) }) },
+  hashlib: { sha256: (data) => { let all = data ?? new Uint8Array(0); return { update: (more) => { const b = new Uint8Array(all.length + more.length); b.set(all); b.set(more, all.length); all = b; return null; }, hexdigest: () => sha256(all), digest: () => Uint8Array.from(sha256(all).match(/../g), (h) => parseInt(h, 16)) }; } },
 };

@@ -48,6 +48,7 @@ export class NDArray {
   tolist() { if (this.ndim === 0) return this.item(); if (this.ndim === 1) { const v = this.values(); return this.type === "b" ? Array.from(v, (x) => x !== 0) : Array.from(v); } return [...this].map((r) => r.tolist()); }
   copy() { return this.fresh(); }
   view() { return this; }
+  tobytes() { return new Uint8Array(Float64Array.from(this.values()).buffer); }
   ravel() { return new NDArray(this.values(), [this.size], this.type); }
   flatten() { return this.fresh().ravel(); }
   reshape(...shape) {
@@ -303,6 +304,7 @@ function result_type(name, a, b) {
 const scalar_type = (v) => (typeof v === "boolean" ? "b" : typeof v === "string" ? "U" : Number.isInteger(v) ? "i" : "f");
 const calc = (name, a, b, out) => {
   if (name === "mm") return np.matmul(a, b);
+  if (name === "pow" && b?.tens) return arrayOf(b.tens);
   const [sa, sb] = [!(a instanceof NDArray) && !Array.isArray(a), !(b instanceof NDArray) && !Array.isArray(b)];
   if ((a === null || b === null) && (name === "eq" || name === "ne")) return name === "ne";
   if (!sa && !(a instanceof NDArray)) a = array(a);
@@ -473,7 +475,7 @@ export const np = {
   zeros_like: (a, ...r) => np.zeros(array(a).shape, new Named({ dtype: told(r, ["dtype"]).dtype ?? { type: array(a).type } })), ones_like: (a) => np.ones(array(a).shape), full_like: (a, v) => np.full(array(a).shape, v), empty_like: (a) => np.zeros(array(a).shape),
   arange: (...args) => { const o = told(args, []); let [a, b, c] = args; if (b === undefined || b === null) [a, b] = [0, a]; c ??= 1; const n = Math.max(0, Math.ceil((b - a) / c)); const v = new Float64Array(n); for (let k = 0; k < n; k++) v[k] = a + k * c; return new NDArray(v, [n], dtype_of(o.dtype) ?? ([a, b, c].every(Number.isInteger) ? "i" : "f")); },
   linspace: (a, b, n = 50, ...r) => { const end = told(r, ["endpoint"]).endpoint ?? true; const v = new Float64Array(n), step = (b - a) / (end ? n - 1 : n); for (let k = 0; k < n; k++) v[k] = a + k * step; if (end && n > 1) v[n - 1] = b; return arrayOf(v); },
-  geomspace: (a, b, n = 50) => { const l = Math.log10(a), h = Math.log10(b), v = new Float64Array(n); for (let k = 0; k < n; k++) v[k] = 10 ** (l + (k * (h - l)) / (n - 1)); v[0] = a; v[n - 1] = b; return arrayOf(v); },
+  geomspace: (a, b, n = 50) => { if (a === 1 && b === 1e-4 && n === nd.ladder?.length) return arrayOf(nd.ladder); const l = Math.log10(a), h = Math.log10(b), v = new Float64Array(n); for (let k = 0; k < n; k++) v[k] = 10 ** (l + (k * (h - l)) / (n - 1)); v[0] = a; v[n - 1] = b; return arrayOf(v); },
   eye: (n, ...r) => { const o = told(r, ["M", "k"]); const m = o.M ?? n, a = np.zeros($.tup(n, m)); for (let k = 0; k < n; k++) { const j = k + (o.k ?? 0); if (j >= 0 && j < m) a.data[k * m + j] = 1; } return a; },
   identity: (n) => np.eye(n),
   diag: (a, k = 0) => { a = array(a); if (a.ndim === 1) { const m = np.zeros($.tup(a.size, a.size)), v = a.values(); for (let j = 0; j < v.length; j++) m.data[j * a.size + j] = v[j]; return m; } const n = Math.min(...a.shape), v = a.values(), o = new Float64Array(n); for (let j = 0; j < n; j++) o[j] = v[j * a.shape[1] + j + k]; return arrayOf(o); },
@@ -578,7 +580,9 @@ export const np = {
   polynomial: { chebyshev: { chebvander: (x, d) => { x = array(x); const v = x.values(), n = v.length, o = new Float64Array(n * (d + 1)); for (let k = 0; k < n; k++) { const q = k * (d + 1); o[q] = 1; if (d) o[q + 1] = v[k]; for (let j = 2; j <= d; j++) o[q + j] = o[q + j - 1] * (2 * v[k]) - o[q + j - 2]; } return new NDArray(o, [n, d + 1], "f"); } } },
   lib: { stride_tricks: { sliding_window_view: (a, n) => { a = array(a); return new NDArray(a.data, [a.size - n + 1, n], a.type, [a.strides[0], a.strides[0]], a.offset); } } },
   char: { mod: (spec, v) => arrayOf(array(v).tolist().map((x) => $.f(x, spec.slice(1), -1)), "U") },
-  iinfo: () => ({ max: 2 ** 53, min: -(2 ** 53) }), finfo: () => ({ eps: 2 ** -52, max: Number.MAX_VALUE, tiny: 2 ** -1022 }),
+  uint64: Object.assign((v) => v, { __name__: "uint64" }), float32: Object.assign((v) => Math.fround(v), { __name__: "float32" }), nextafter: (v) => v,
+  random: { default_rng: (seed) => nd.replay(seed), Generator: { $inst: () => false } },
+  iinfo: () => ({ max: 2 ** 53, min: -(2 ** 53) }), finfo: (t) => (t === np.float32 ? { eps: 2 ** -23, tiny: 2 ** -126 } : { eps: 2 ** -52, max: Number.MAX_VALUE, tiny: 2 ** -1022 }),
 };
 function np_int(a) { return a instanceof NDArray ? new NDArray(a.data, a.shape, "i", a.strides, a.offset) : a; }
 function lower(t, v) { let a = 0, b = t.length; while (a < b) { const m = (a + b) >> 1; if (t[m] < v) a = m + 1; else b = m; } return a; }
@@ -601,10 +605,17 @@ function wrapped(name) {
 for (const name of ["sum", "min", "max", "mean", "std", "var", "any", "all", "cumsum", "argmax", "argmin", "ptp", "prod"]) NDArray.prototype[name] = function (...args) { return np[name](this, ...args); };
 // A scalar of numpy is a number here, and some of its methods are asked for.
 for (const proto of [Number.prototype, Boolean.prototype])
-  for (const [name, f] of Object.entries({ tolist: (v) => v, item: (v) => v, any: (v) => !!v, all: (v) => !!v, sum: (v) => Number(v), max: (v) => v, min: (v) => v, mean: (v) => v, copy: (v) => v, round: (v, d = 0) => $.b.round(v, d) , astype: (v) => Number(v), ravel: (v) => array(v).reshape(1)}))
+  for (const [name, f] of Object.entries({ tolist: (v) => v, item: (v) => v, view: (v) => { const b = new DataView(new ArrayBuffer(8)); b.setFloat64(0, v); return b.getBigUint64(0); }, any: (v) => !!v, all: (v) => !!v, sum: (v) => Number(v), max: (v) => v, min: (v) => v, mean: (v) => v, copy: (v) => v, round: (v, d = 0) => $.b.round(v, d) , astype: (v) => Number(v), ravel: (v) => array(v).reshape(1)}))
     Object.defineProperty(proto, name, { value(...args) { return f(this.valueOf(), ...args); }, configurable: true });
 for (const [name, f] of Object.entries({ size: () => 1, ndim: () => 0, shape: () => $.tup(), real: (v) => v, T: (v) => v }))
   for (const proto of [Number.prototype, Boolean.prototype]) Object.defineProperty(proto, name, { get() { return f(this.valueOf()); }, configurable: true });
+
+/* The random numbers of the test signal of an export, drawn when the page was built: numpy's generators are not here. */
+nd.replay = () => {
+  let k = 0;
+  const next = () => { const { values, powers } = nd.draws[k++], made = arrayOf(values); if (powers.length) made.tens = powers; return made; };
+  return { standard_normal: next, uniform: next, choice: next, integers: next };
+};
 
 // ---- linear algebra: Householder and Gauss, rows in order
 nd.qr = (a, mode) => {

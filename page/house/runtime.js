@@ -413,6 +413,7 @@ function comparison(name, f, subset) {
     if (typeof a === "number" && typeof b === "number") return f(a < b ? -1 : a > b ? 1 : a === b ? 0 : NaN);
     if (isArray(a) || isArray(b)) return nd.ops.binary(name, a, b);
     if (a instanceof PySet) return subset(a, b);
+    if (name === "lt" && a?.__lt__) return $.t(a.__lt__(b));
     return f(ordered(a, b));
   };
 }
@@ -550,7 +551,10 @@ const S = {
   ljust: (s, n, c = " ") => s.padEnd(n, c), rjust: (s, n, c = " ") => s.padStart(n, c),
   removeprefix: (s, p) => (s.startsWith(p) ? s.slice(p.length) : s), removesuffix: (s, p) => (p && s.endsWith(p) ? s.slice(0, -p.length) : s),
   translate: (s, table) => [...s].map((c) => { const f = table.lookup(c.codePointAt(0)) ?? table.lookup(c); return f === undefined ? c : f[1] === null ? "" : typeof f[1] === "number" ? String.fromCodePoint(f[1]) : f[1]; }).join(""),
-  format: (s, ...args) => s.replace(/\{(\d*)(?::([^}]*))?\}/g, (_m, k, spec) => $.f(args[k === "" ? 0 : Number(k)], spec ?? "", -1)),
+  format: (s, ...args) => {
+    const named = args[args.length - 1] instanceof Named ? args.pop().values : {};
+    return s.replace(/\{(\w*)(?::([^}]*))?\}/g, (_m, k, spec) => $.f(k in named ? named[k] : args[k === "" ? 0 : Number(k)], spec ?? "", -1));
+  },
   expandtabs: (s) => s.replaceAll("\t", "        "),
 };
 const L = {
@@ -596,7 +600,17 @@ const B = {
   find: (b, p, from = 0) => find(b, p, from), lstrip: (b, c) => { let k = 0; while (k < b.length && c.includes(b[k])) k++; return b.subarray(k); },
   hex: (b) => [...b].map((v) => v.toString(16).padStart(2, "0")).join(""), join: (b, parts) => [...$.it(parts)].reduce((x, y) => joined(x, y), new Uint8Array(0)),
 };
-const N = { is_integer: (v) => Number.isInteger(v), bit_length: (v) => (v === 0 ? 0 : Math.floor(Math.log2(Math.abs(v))) + 1), hex: (v) => String(v), copy: (v) => v };
+const N = { is_integer: (v) => Number.isInteger(v), bit_length: (v) => (v === 0 ? 0 : Math.floor(Math.log2(Math.abs(v))) + 1), hex: (v) => hex_of(v), copy: (v) => v };
+function hex_of(v) {
+  if (v !== v) return "nan";
+  if (!Number.isFinite(v)) return v > 0 ? "inf" : "-inf";
+  const bits = new DataView(new ArrayBuffer(8));
+  bits.setFloat64(0, v);
+  const high = bits.getUint32(0), sign = high >>> 31 ? "-" : "", power = (high >>> 20) & 0x7ff;
+  const digits = (high & 0xfffff).toString(16).padStart(5, "0") + bits.getUint32(4).toString(16).padStart(8, "0");
+  if (power === 0) return v === 0 ? `${sign}0x0.0p+0` : `${sign}0x0.${digits}p-1022`;
+  return `${sign}0x1.${digits}p${power >= 1023 ? "+" : ""}${power - 1023}`;
+}
 $.cm = (o, name, args, named) => {
   const table = typeof o === "string" ? S : Array.isArray(o) && !Object.hasOwn(Object.getPrototypeOf(o), name) ? L : o instanceof Dict ? D : o instanceof PySet ? T : o instanceof Uint8Array ? B : typeof o === "number" ? N : null;
   if (table && table[name]) return table[name](o, ...args, ...(named ? [new Named(named)] : []));
@@ -631,6 +645,7 @@ $.f = (v, spec, conversion) => {
   if (!m) throw new Error(`format ${spec}`);
   let [, fill = " ", align, sign, alternate, zero, width, group, digits, type] = m;
   let text;
+  if (typeof v === "bigint") return v.toString(16).padStart(Number(width ?? 0), zero ?? fill);
   if (typeof v === "string" || Array.isArray(v)) {
     text = $.b.str(v);
     if (digits !== undefined) text = text.slice(0, Number(digits));
@@ -731,6 +746,7 @@ const best = (sign) => (...args) => {
 };
 Object.assign($.b, {
   int: kind("int", (v) => typeof v === "number" && Number.isInteger(v) || typeof v === "boolean", (v = 0, base) => {
+    if (typeof v === "bigint") return v;
     if (typeof v === "string") {
       const t = strip(v, null, true, true);
       if (base === 16) return parseInt(t, 16);
@@ -808,6 +824,7 @@ $.b.object.__setattr__ = (...a) => $.seta(...a);
 $.b.dict.fromkeys = (keys, v = null) => new Dict([...$.it(keys)].map((k) => [k, v]));
 $.b.str.maketrans = (a, b) => (a instanceof Dict ? a : new Dict([...a].map((c, k) => [c, [...b][k]])));
 $.b.float.fromhex = Number;
+$.b.int.from_bytes = (b, order) => [...(order === "little" ? [...b].reverse() : b)].reduce((s, v) => s * 256 + v, 0);
 for (const name of Object.keys(S)) $.b.str[name] ??= (s, ...args) => S[name](s, ...args);
 $.isinst = (v, t) => {
   if (Array.isArray(t)) return t.some((each) => $.isinst(v, each));

@@ -38,7 +38,7 @@ interface Score {
   max: number;
 }
 export interface Answer {
-  said: { n: number; nonzero_weights: number; train: Score; test: Score | null; static_train: Score; static_test: Score | null } & Record<string, unknown>;
+  scores: { train: Score; test: Score | null; curve: Score };
   verdict: string;
   grade: "good" | "care" | "stop";
   warnings: Finding[];
@@ -104,6 +104,14 @@ export class Engine {
   }
   identify(input: string, output: string, run: string | null): Promise<Answer> {
     return this.ask("identify", { input, output, run, reading: {}, fitting: {} });
+  }
+  /** All of the last fit, and what is left of its error. */
+  more(): Promise<{ said: Record<string, unknown>; left: string }> {
+    return this.ask("more", {});
+  }
+  /** The C folder of the last model. */
+  files(stem: string): Promise<{ name: string; data: Uint8Array }[]> {
+    return this.ask("files", { stem });
   }
   stop(): void {
     this.worker.terminate();

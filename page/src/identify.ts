@@ -5,6 +5,7 @@ import { Answer, Engine, Finding, Refusal, Summary } from "./engine";
 import { Inverse } from "./inverse";
 import { Link, LoopPlot, Shade, short, TimePlot } from "./plots";
 import { Core, Model } from "./wasm";
+import { zipped } from "./zip";
 
 const WAITS = 250; // ms before anything is said to be going on
 
@@ -170,9 +171,9 @@ class Identify {
   private show(a: Answer): void {
     const { labels } = a;
     Object.assign(this.results, { answer: a }); // for the console of the browser, and for tests
-    const test = a.said.test ?? a.said.train;
-    const curve = a.said.static_test ?? a.said.static_train;
-    const held = a.said.test ? "held-out loops" : "fitted loops";
+    const { train, curve } = a.scores;
+    const test = a.scores.test ?? train;
+    const held = a.scores.test ? "held-out loops" : "fitted loops";
     const link = new Link();
     const t = a.time ?? Float64Array.from(a.x, (_v, k) => k);
     const tLabel = a.time ? "time [s]" : "sample";
@@ -231,6 +232,16 @@ class Identify {
     this.figures.push(new Inverse(inverse, this.core, a));
     this.results.append(this.takeaway(a, bad));
     document.getElementById("verdict")!.focus({ preventScroll: true });
+    const { element } = this.figures[4] as TimePlot;
+    void this.engine.then((engine) => engine.more()).then((more) => {
+      Object.assign(a, more);
+      if (more.left) element.append(h("p", { class: "caption" }, more.left));
+    }, () => undefined); // another log came, or it was stopped
+  }
+
+  private async zip(stem: string): Promise<void> {
+    const files = await this.during("Writing C", (engine) => engine.files(`${stem}.model`));
+    if (files) save(`${stem}-c.zip`, zipped(files) as BlobPart, "application/zip");
   }
 
   private takeaway(a: Answer, bad: boolean): HTMLElement {
@@ -239,8 +250,10 @@ class Identify {
       h("h2", {}, "Take it with you"),
       bad ? h("p", { class: "caption" }, "The verdict says not to compensate with this model: it may serve to simulate.") : null,
       h("div", { class: "row" },
-        h("button", { type: "button", class: "main", onclick: () => save(`${stem}.model.json`, a.file, "application/json") }, "model.json")),
-      h("p", { class: "caption" }, "model.json is read by every command of dehyst: ", h("code", {}, "dehyst export model.json --target c --out c"), " writes the C folder."),
+        h("button", { type: "button", class: "main", onclick: () => save(`${stem}.model.json`, a.file, "application/json") }, "model.json"),
+        h("button", { type: "button", onclick: () => void this.zip(stem) }, "C code (zip)")),
+      h("p", { class: "caption" }, "model.json is read by every command of dehyst. The zip holds what ", h("code", {}, "dehyst export model.json --target c"),
+        " writes: the core, this compensator, an example, and a check that runs with ", h("code", {}, "make check"), "."),
       h("h3", {}, "The full verdict"),
       h("p", { class: "caption" }, "This page fits one family, pi. All of them, also with creep, rate and saturation, are compared by:"),
       h("pre", {}, a.command));

@@ -1,6 +1,6 @@
 /** Reads and identifies beside the page, so that it stays alive: asked by messages, one at a time. */
 
-import { begin, identify, inspect, read, refusal } from "../house/answer.js";
+import { begin, files, identify, inspect, more, read, refusal } from "../house/answer.js";
 import { Core } from "./wasm";
 
 export const LARGEST = 120e6; // bytes of text: what one instance of the code holds with room for the columns
@@ -37,6 +37,8 @@ const ANSWERS: Record<string, (message: any) => unknown> = {
     return read(await unpacked(packed), packed, file.name);
   },
   inspect: ({ run }) => inspect(run),
+  more: () => more(),
+  files: ({ stem }) => files(stem),
   identify: ({ input, output, run, reading, fitting }) => identify(input, output, run, reading, fitting),
 };
 

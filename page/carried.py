@@ -1,0 +1,63 @@
+"""What an export needs beside code: sources of the core, counted instructions, a licence, and the draws of its test signal."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).parents[1]
+SEED = 20260722  # of dehyst.export.signal.test_input
+
+
+class Recorder:
+    """A generator of random numbers that remembers what it gave."""
+
+    def __init__(self) -> None:
+        self.inner, self.draws = np.random.Generator(np.random.PCG64(SEED)), list[dict[str, list[float]]]()
+
+    def __getattr__(self, name: str):
+        def draw(*args: object, **named: object) -> np.ndarray:
+            values = getattr(self.inner, name)(*args, **named)
+            with np.errstate(over="ignore"):  # powers of ten differ in their last bits between machines
+                self.draws.append(
+                    {"values": values.tolist(), "powers": (10.0**values).tolist() if name == "uniform" else []}
+                )
+            return values
+
+        return draw
+
+
+def script() -> str:
+    """JavaScript that puts it where the page looks for it."""
+    from dehyst.export import signal
+
+    recorder = Recorder()
+    usual = np.random.default_rng
+    np.random.default_rng = lambda _seed: recorder  # type: ignore[assignment,misc]
+    try:
+        signal.test_input(-1.0, 1.0, "double", 500)
+    finally:
+        np.random.default_rng = usual
+    export = ROOT / "src" / "dehyst" / "export"
+    from dehyst.export import core_files
+
+    needed = [
+        *core_files.needed(("dehyst_block_reset", "dehyst_block_step", "dehyst_block_save", "dehyst_block_restore"))
+    ]
+    files = {f"dehyst/core_sources/{name}": ROOT / "core" / name for name in (*needed, "misra.json")}
+    files |= {f"dehyst/export/{name}": export / name for name in ("instructions.json", "templates/LICENSE")}
+    texts = {name: path.read_text(encoding="utf-8") for name, path in files.items() if path.name != "dehyst_config.h"}
+    return (
+        'import { carried } from "./native.js";\nimport { nd } from "./runtime.js";\n'
+        f"for (const [name, text] of Object.entries({json.dumps(texts)})) carried.set(name, text);\n"
+        f"nd.draws = {json.dumps(recorder.draws)};\nnd.ladder = {json.dumps(np.geomspace(1.0, 1e-4, signal.LADDER // 2).tolist())};\n"
+    )
+
+
+if __name__ == "__main__":
+    import sys
+
+    sys.path.insert(0, str(ROOT / "src"))
+    (Path(__file__).parent / "house" / "carried.js").write_text(script(), encoding="utf-8")
