@@ -112,7 +112,6 @@ class Opened:
             self.complaints.append(request.url)
 
     def drop(self, name: str, data: bytes) -> None:
-        self.page.evaluate("document.querySelector('.results').answer = null")
         transfer = self.page.evaluate_handle(
             """([name, text]) => { const t = new DataTransfer();
             t.items.add(new File([Uint8Array.from(atob(text), c => c.charCodeAt(0))], name)); return t; }""",
@@ -140,7 +139,6 @@ class Opened:
         if run is not None and page.input_value("#run") != run:
             page.select_option("#run", run)
         self.settled()
-        page.evaluate("document.querySelector('.results').answer = null")
         page.select_option("#input", input)
         page.select_option("#output", output)
         page.click("button:text-is('Identify')")
@@ -172,7 +170,7 @@ def same(said, expected, where="") -> None:
             if key in {"kkt_residual", "round_trip_error"}:
                 assert said[key] < 1e-9, where
             elif key in {"own", "apart"}:  # what is left of columns that nearly depend on each other
-                assert said[key] == pytest.approx(value, rel=1e-3, abs=1e-6), where
+                assert said[key] == pytest.approx(value, rel=1e-2, abs=1e-6), where
             elif key == "better" or (key == "p" and (value > 0.05 or _tied(expected))):
                 pass  # counts of blocks that differ by rounding alone, or where they decide nothing
             else:
@@ -227,6 +225,7 @@ def test_fifty_logs_in_ten_dialects_give_what_python_says(opened, tmp_path):
         guess = dehyst.inspect_log(log)
         opened.drop(log.name, log.read_bytes())
         opened.settled()
+        assert opened.page.query_selector("#input"), (seed, opened.page.inner_text("[role=alert]"))
         said = opened.page.evaluate("['input', 'output'].map((id) => document.getElementById(id).value)")
         assert said == [guess.input or "", guess.output or ""], log.read_bytes()[:200]
         compare(opened.identify(guess.input, guess.output), log, guess.input, guess.output)

@@ -95,6 +95,7 @@ class Identify {
   private clear(): void {
     for (const figure of this.figures) figure.destroy();
     this.figures = [];
+    Object.assign(this.results, { answer: null });
     this.results.replaceChildren();
   }
 
