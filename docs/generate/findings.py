@@ -469,6 +469,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Use the model at the speeds of the log, or log with holds after reversals, and at different speeds: "
             "`dehyst design` plans them.",
         ),
+        "creep-beyond-rests": (
+            "Held at rest for as long as the log, the model creeps on by more than {BEYOND_RESTS} % of range after the "
+            "longest time between two turns of the log, which confirms nothing of it.",
+            "Log a rest as long as the ones in use: `dehyst design` plans holds.",
+        ),
         "creep-no-gain": (
             "Creep was asked for, but does not lower the error on held-out blocks.",
             "`--creep 0`, or log with holds.",

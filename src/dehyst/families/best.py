@@ -26,7 +26,7 @@ from dehyst.identification import identify as identify_plays
 from dehyst.identification.cautions import Knows, plays_only
 from dehyst.identification.cautions import late as lateness_finding
 from dehyst.identification.certify import fit_of
-from dehyst.identification.evidence import without_holds
+from dehyst.identification.evidence import beyond_rests, without_holds
 from dehyst.identification.families import FAMILIES, STATIC
 from dehyst.identification.fit import Candidate, Certificate, Fit, size_of
 from dehyst.identification.procedure import DIRECT, Prepared, call_of, prepared
@@ -239,6 +239,7 @@ class _Job:
         x, time = self.records[0].input[:TRIED], self.records[0].time
         if time is not None and model.rate_dependent:
             yield from without_holds(measured.evidence, lambda at: model.simulate(x, at), time[:TRIED])
+            yield from beyond_rests(x, time[:TRIED], model.simulate, self.data.output_range)
 
     def _measured(self, model: LoopModel) -> Measured:
         records, data = self.records, self.data

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 import dehyst._native as _native
 from dehyst.arrays import Array, Mask
+from dehyst.data.loops import turning_points
 from dehyst.findings import Finding
 from dehyst.identification.data import ENOUGH, LONG, DataSet
 from dehyst.identification.facts import velocity
@@ -37,6 +38,9 @@ RIDGE = 1e-6
 LEAST = 200  # samples
 # From so many percent of range, by which a model answers otherwise at a tenth of the speed, that wants to be known.
 OTHER_SPEED = 1.0
+# Creep after the longest way of a log counts from so many percent of range on.
+BEYOND_RESTS = 2.0
+HELD, RESTING = 400, 0.02  # times at which it is asked for; share of the input's range within which it rests
 SLOWER = 10.0
 
 
@@ -374,4 +378,33 @@ def without_holds(tested: Sequence[Evidence], answer: Callable[[Array], Array], 
             f"log cannot confirm that: hysteresis imitates {100 - 100 * imitated[0]:.0f} % of the course of creep in "
             f"it. Use the model at the speeds of the log, or log with holds after reversals and at different "
             f"speeds; `dehyst design` plans them.",
+        )
+
+
+def beyond_rests(x: Array, time: Array, answer: Callable[[Array, Array], Array], span: float) -> Iterator[Finding]:
+    """Yield what to say of a model that creeps on, held at rest for as long as the log, after the log's longest way.
+
+    `answer` maps input and time, each (T,), to the output (T,), whose range is `span`.
+    """
+    turns = turning_points(x)[1:-1]  # what was before the first sample and comes after the last is not known
+    up = np.flatnonzero(np.diff(x[turns]) > 0.0)
+    if not up.size:
+        return
+    longest = float(np.max(np.diff(time[turns])))  # from turn to turn, with the rest between them
+    whole, step = float(time[-1] - time[0]), float(np.median(np.diff(time)))
+    first, last = turns[up[-1]], turns[up[-1] + 1]
+    at = int(first + np.argmax(x[first : last + 1] >= x[last] - RESTING * np.ptp(x)))
+    held = np.geomspace(step, whole, HELD)  # from the sampling step on, so that the speed of before is gone
+    y = answer(
+        np.concatenate([x[: at + 1], np.full(HELD, x[at])]), np.concatenate([time[: at + 1], time[at] + held])
+    )[-HELD:]
+    unseen = held >= longest
+    drift = 100.0 * np.abs(y - y[unseen][0])[unseen] / max(span, 1e-300)
+    if drift.max() > BEYOND_RESTS:
+        settled = float(held[unseen][np.flatnonzero(drift >= 0.9 * drift.max())[0]])
+        yield Finding(
+            "creep-beyond-rests",
+            f"held at rest for {whole:.2g} s the model creeps on by {drift.max():.2g} % of range after the first "
+            f"{longest:.2g} s, and from one turn to the next the log never takes longer: this is a guess. Where the "
+            f"actuator will rest longer, log a rest of at least {settled:.2g} s; `dehyst design` plans holds.",
         )
