@@ -13,7 +13,7 @@ from rich.table import Column
 
 from dehyst.app.requests import ExampleRequest, InspectRequest
 from dehyst.app.targets import refuse_existing
-from dehyst.app.terminal import print_end, print_findings, print_json, table, terminal
+from dehyst.app.terminal import ask_progress, print_end, print_findings, print_json, table, terminal
 from dehyst.files import write_atomically
 from dehyst.io import inspect_log
 from dehyst.io.inspect import ColumnSummary
@@ -29,7 +29,8 @@ NUMBERS = HEADS[2:6]
 
 def run_inspect(request: InspectRequest) -> None:
     """Print columns, sampling, runs and the line to type next."""
-    summary = inspect_log(request.log, request.run, time_unit=request.time_unit)
+    with ask_progress("reading", request.json):
+        summary = inspect_log(request.log, request.run, time_unit=request.time_unit)
     if request.json:
         print_json(dataclasses.asdict(summary))
         return

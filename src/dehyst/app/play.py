@@ -13,7 +13,7 @@ import numpy.typing as npt
 from dehyst.app.logs import dead_time_findings, given_of, outside, part_of, verdict_findings
 from dehyst.app.requests import CompensateRequest, SimulateRequest
 from dehyst.app.targets import BAND, refuse_existing
-from dehyst.app.terminal import print_findings, tell
+from dehyst.app.terminal import ask_progress, print_findings, tell
 from dehyst.arrays import Array
 from dehyst.errors import ColumnError, OutputError, ParameterError, TimeError
 from dehyst.files import write_atomically
@@ -38,7 +38,8 @@ def run_simulate(request: SimulateRequest) -> None:
     model, signal = _read(request, "input")
     x, findings = in_units_of(model.card.input, signal.values, signal.unit, f"'{signal.name}'")
     findings += outside(x, model.card.input, "input", "the model extrapolates there")
-    played = _played(request, model, signal, x, "model", MODEL)
+    with ask_progress("simulating"):
+        played = _played(request, model, signal, x, "model", MODEL)
     lost = model.lost(played.answer)
     if lost:
         findings.append(
@@ -59,9 +60,10 @@ def run_compensate(request: CompensateRequest) -> None:
     y, findings = in_units_of(model.card.output, signal.values, signal.unit, f"'{signal.name}'")
     findings += outside(y, model.card.output, "reference", "the inverse extrapolates there")
     inverse = model.inverse()
-    played = _played(request, inverse, signal, y, "compensated", UNKNOWN if inverse.bounded else REST)
-    if not request.unknown_state:
-        findings += _proof(model, inverse, played, y)
+    with ask_progress("inverting"):
+        played = _played(request, inverse, signal, y, "compensated", UNKNOWN if inverse.bounded else REST)
+        if not request.unknown_state:
+            findings += _proof(model, inverse, played, y)
     findings += outside(played.answer, model.card.input, "computed input", "the actuator may not be able to give it")
     findings += [*_jumps(played.answer, model, signal), *dead_time_findings(model, SEND)]
     _write(request, signal, {_column(model.card.output): y, **played.columns}, played)
@@ -86,7 +88,8 @@ def _read(request: SimulateRequest, role: str) -> tuple[Model, Signal]:
     model = load(request.model)
     column = request.column or getattr(model.card, role).name
     try:
-        signal = read_signal(request.log, column, run=request.run, **part_of(request))
+        with ask_progress("reading"):
+            signal = read_signal(request.log, column, run=request.run, **part_of(request))
     except ColumnError as fault:
         if request.column is not None:
             raise

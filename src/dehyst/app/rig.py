@@ -11,7 +11,7 @@ import numpy as np
 from dehyst.app.requests import RigRequest
 from dehyst.app.rig_fit import fit
 from dehyst.app.targets import RIGS, refuse_existing
-from dehyst.app.terminal import print_end, print_json, table, terminal
+from dehyst.app.terminal import ask_progress, print_end, print_json, table, terminal
 from dehyst.errors import ParameterError
 from dehyst.files import write_atomically
 from dehyst.report.svg import require_picture_name
@@ -48,7 +48,8 @@ def _check(request: RigRequest) -> None:
     if request.mjcf is not None:
         refuse_existing(request.mjcf, request.overwrite)
         write_atomically(request.mjcf, drawn_mjcf(robot))
-    found = check_rig(robot)
+    with ask_progress("checking", request.json):
+        found = check_rig(robot)
     warned, said = cautions(robot, found), _said(robot, request.file)
     if request.figure is not None:
         from dehyst.robot.report.rig import write_rig_figure

@@ -108,13 +108,17 @@ def _finite(value: Any) -> Any:
 
 @contextmanager
 def ask_progress(what: str, quiet: bool = False) -> Iterator[None]:
-    """Show what is going on while it takes long, on a terminal only."""
+    """Show what is going on, and for how long already, where nobody knows how long it takes; on a terminal only."""
     for told in _told:
         told(what, 0.0, None)
-    if quiet or not sys.stderr.isatty():
+    if quiet or _told or not sys.stderr.isatty():
         yield
         return
-    with terminal(stderr=True).status(f"{what} ..."):
+    from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    with progress_bar(SpinnerColumn(), TextColumn("{task.description} ..."), TimeElapsedColumn()) as bar:
+        if bar is not None:
+            bar.add_task(what, total=None)
         yield
 
 

@@ -395,9 +395,9 @@ def beyond_rests(x: Array, time: Array, answer: Callable[[Array, Array], Array],
     first, last = turns[up[-1]], turns[up[-1] + 1]
     at = int(first + np.argmax(x[first : last + 1] >= x[last] - RESTING * np.ptp(x)))
     held = np.geomspace(step, whole, HELD)  # from the sampling step on, so that the speed of before is gone
-    y = answer(
-        np.concatenate([x[: at + 1], np.full(HELD, x[at])]), np.concatenate([time[: at + 1], time[at] + held])
-    )[-HELD:]
+    y = answer(np.concatenate([x[: at + 1], np.full(HELD, x[at])]), np.concatenate([time[: at + 1], time[at] + held]))[
+        -HELD:
+    ]
     unseen = held >= longest
     drift = 100.0 * np.abs(y - y[unseen][0])[unseen] / max(span, 1e-300)
     if drift.max() > BEYOND_RESTS:
