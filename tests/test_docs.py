@@ -157,7 +157,19 @@ def test_files_that_a_page_names_exist(name):
     named = set(re.findall(r"`(?:[\w./]*/)?([\w-]+\.(?:py|c|h|cpp|pyi))`", (ROOT / name).read_text(encoding="utf-8")))
     folders = [
         ROOT / room
-        for room in ("src", "core", "engine", "plant", "reviewed", "tests", "docs", "examples", "benchmarks", "wheels")
+        for room in (
+            "src",
+            "core",
+            "engine",
+            "plant",
+            "reviewed",
+            "tests",
+            "docs",
+            "examples",
+            "benchmarks",
+            "wheels",
+            "page",
+        )
     ]
     # only there, where test_contributing.py runs them:
     shown = {"families_backlash", "report_exceeded", "io_frames", "export_esp_idf", "muscles_linear", "plant_torque"}
