@@ -101,7 +101,7 @@ def main(arguments: list[str]) -> None:
         data = base64.b64encode(gzip.compress(b"".join(bytes_ for _, bytes_, _ in trials), 9, mtime=0)).decode()
         made = {
             "plant": plants[0],
-            "conditions": settings.get("conditions", settings["parameters"].get("conditions", "")),
+            "conditions": settings["conditions"],
             "steps": {"pose": POSE, "angle": ANGLE, "error": ERROR, "place": PLACE, "miss": MISS},
             "changed": {unit: round(max(one[unit] for *_, one in trials), 4) for unit in ("deg", "mm")},
             "base": [0.0, 0.0, 800.0],
