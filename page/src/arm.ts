@@ -134,7 +134,7 @@ function show(root: HTMLElement, trials: Trial[]): void {
     h("p", { class: "caption" }, "Seven joints, three of them driven by pairs of pneumatic muscles with hysteresis and creep, follow a line, two circles and a rectangle of ISO 9283. Only the compensator differs."),
     h("div", { class: "row" }, h("label", {}, "Trial", chosen), h("label", {}, "Misses of the tool", larger), play, h("label", { class: "slider wide" }, h("span", {}, "time ", clock), scrub)),
     h("div", { class: "panels arm" }, view.element, h("div", {}, h("label", { class: "inline" }, "Figure of ", which), figure,
-      h("div", { class: "scroll" }, h("table", { class: "errors" },
+      h("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "Error of every joint" }, h("table", { class: "errors" },
         h("caption", { class: "caption" }, "At this moment, and over the whole trial (rms)"),
         h("thead", {}, h("tr", {}, h("td"), ...KINDS.map(({ short: title }) => h("th", { colspan: 2, scope: "colgroup", class: "number" }, title))),
           h("tr", {}, h("td"), ...KINDS.flatMap(() => [h("th", { class: "number", scope: "col" }, "now"), h("th", { class: "number rms", scope: "col" }, "rms")]))), table)))),

@@ -275,7 +275,7 @@ class Work {
       h("tr", {}, h("th", { scope: "row" }, name), ...[score.rmse_percent, score.rmse, score.max].map((v) => h("td", { class: "number" }, short(v))));
     this.found.replaceChildren(
       h("p", { class: `verdict ${result.grade}`, role: "status" }, result.verdict),
-      h("div", { class: "scroll" }, h("table", {}, h("thead", {}, h("tr", {}, h("td"), ...["rms [% of range]", "rms", "largest"].map((name) => h("th", { class: "number", scope: "col" }, name)))),
+      h("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "Scores" }, h("table", {}, h("thead", {}, h("tr", {}, h("td"), ...["rms [% of range]", "rms", "largest"].map((name) => h("th", { class: "number", scope: "col" }, name)))),
         h("tbody", {}, row(`${result.family}, fitted`, result.train), row(`${result.family}, held out`, result.test), row("no hysteresis, held out", result.static_test)))),
       ...result.warnings.map(finding),
       h("div", { class: "row" }, view(files.report), get("Model file", files.save, "model.json", this.job)),
@@ -291,7 +291,7 @@ class Work {
       const percent = (value: number | null | undefined): string => (value === null || value === undefined ? "" : short(value, 3));
       this.found.replaceChildren(
         h("p", { class: "verdict", role: "status" }, result.verdict),
-        h("div", { class: "scroll" }, h("table", {}, h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "Family"),
+        h("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "Families" }, h("table", {}, h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "Family"),
           ...["held out [%]", "fitted [%]", "inverse [%]", "numbers", "time [s]"].map((name) => h("th", { class: "number", scope: "col" }, name)), h("td"))),
         h("tbody", {}, ...rows.map(([name, one]) => h("tr", name === result.chosen ? { class: "chosen" } : {},
           h("th", { scope: "row" }, `${one.title}${one.tied ? TIED : ""}`),
