@@ -418,6 +418,6 @@ class StudioRequest:
     """Open dehyst in a browser: logs dropped or named, all commands behind the page; nothing leaves this machine."""
 
     log: Path | None = argument("Log to begin with.", None, metavar="[LOG]")
-    port: int = option("Port of 127.0.0.1; a free one without it.", 0)
+    port: int = option("Port to listen on, of this machine alone; a free one without it.", 0)
     browser: bool = option("Whether a browser is opened.", True, flag="--browser/--no-browser")
     idle: float = option("Minutes without an open page until it ends; 0: never.", 5.0)
