@@ -85,11 +85,16 @@ class Identify {
     this.status.replaceChildren("Stopped. Drop the log once more to begin again.");
   }
 
-  private refuse(fault: unknown): void {
+  /** A sentence begins with a capital, unless it begins with the name of the log. */
+  private sentence(message: string): string {
+    return this.summary && message.startsWith(this.summary.name) ? message : message[0].toUpperCase() + message.slice(1);
+  }
+
+  private refuse(fault: unknown, title = "This log cannot be used as it is"): void {
     const message = fault instanceof Error ? fault.message : String(fault);
     const known = fault instanceof Refusal && fault.known;
-    this.trouble.replaceChildren(h("div", { class: "judged stop" }, h("span", { class: "badge" }, known ? "This log cannot be used as it is" : "The page failed"),
-      h("p", { class: "lead" }, message[0].toUpperCase() + message.slice(1))));
+    this.trouble.replaceChildren(h("div", { class: "judged stop" }, h("span", { class: "badge" }, known ? title : "The page failed"),
+      h("p", { class: "lead" }, this.sentence(message))));
   }
 
   private clear(): void {
@@ -120,6 +125,7 @@ class Identify {
       return select;
     };
     const [input, output] = [list("input", summary.input), list("output", summary.output)];
+    const moving = signals.filter(({ name, constant }) => !constant && name !== summary.sampling?.column).length;
     const runs = Object.keys(summary.runs);
     const run = h("select", { id: "run" });
     for (const name of runs) run.append(h("option", { value: name }, `${name} (${summary.runs[name]} rows)`));
@@ -132,7 +138,10 @@ class Identify {
       h("section", { class: "card" },
         h("h2", {}, summary.name),
         h("p", { class: "caption" }, `${summary.rows.toLocaleString("en")} rows${summary.run ? ` of run ${summary.run}` : ""}${rate}.`,
-          summary.clear ? " Names and units leave no other choice of columns." : " The columns are a guess: confirm or change them."),
+          summary.clear ? " Names and units leave no other choice of columns."
+            : moving < 2 ? ` A loop needs two columns that change, what drives and what follows; besides time there ${moving ? "is one" : "is none"} here.`
+            : summary.input && summary.output ? " The columns are a guess: confirm or change them."
+            : " Nothing tells what drives and what follows: choose the columns."),
         h("div", { class: "row" },
           h("label", { for: "input" }, "Input", input), h("label", { for: "output" }, "Output", output),
           runs.length > 1 ? h("label", { for: "run" }, "Run", run) : null, go),
@@ -151,7 +160,7 @@ class Identify {
   private findings(found: Finding[], title: string): HTMLElement | null {
     if (!found.length) return null;
     const body = h("details", { class: "findings" }, h("summary", {}, `${title} (${found.length})`));
-    for (const { code, message } of found) body.append(warning(code, message));
+    for (const { code, message } of found) body.append(warning(code, this.sentence(message)));
     return body;
   }
 
@@ -160,7 +169,7 @@ class Identify {
     const value = (id: string): string => (document.getElementById(id) as HTMLSelectElement | null)?.value ?? "";
     const [input, output] = [value("input"), value("output")];
     if (!input || !output) {
-      this.refuse(new Refusal("choose a column for the input and one for the output.", true));
+      this.refuse(new Refusal("choose a column for the input and one for the output.", true), "Columns are missing");
       return;
     }
     const run = Object.keys(this.summary!.runs).length > 1 ? value("run") : null;
@@ -187,13 +196,14 @@ class Identify {
       h("section", { class: `judged ${a.grade}`, id: "verdict", tabindex: -1 },
         h("span", { class: "badge" }, { good: "Good for compensation", care: "Usable with care", stop: "Do not compensate" }[a.grade]),
         h("p", { class: "lead" }, a.verdict),
+        a.grade === "good" ? null : h("p", { class: "caption" }, "This is the verdict on the family pi with its usual settings. Another family or setting may do: the command at the end of the page compares all families."),
         h("dl", { class: "tiles" },
           tile("Model errs by", `${short(test.rmse_percent, 3)} %`, `of range, rms, on ${held}: ${unit(test.rmse, labels.outputUnit)}`),
           tile("A plain curve by", `${short(curve.rmse_percent, 3)} %`, `the best one without hysteresis: ${unit(curve.rmse, labels.outputUnit)}`),
           tile("Operators", a.size.replace(" operators", ""), `start state '${a.start}'`),
           tile("Loop", `${short(a.width, 2)} % wide`, a.orientation),
           tile("Inverse gain", Number.isFinite(a.gain) ? unit(a.gain, ratio(labels)) : "no inverse", "at most, right after a reversal"))),
-      ...a.warnings.map(({ code, message }) => warning(code, message)),
+      ...a.warnings.map(({ code, message }) => warning(code, this.sentence(message))),
       plots,
       h("p", { class: "caption" }, shades.length ? "The shaded part was held out: the model has not seen it. " : "", "Drag over a figure to zoom, double click to see all; the cursor walks along all of them."),
       wide,
@@ -262,7 +272,7 @@ class Identify {
 }
 
 function warning(code: string, message: string): HTMLElement {
-  return h("div", { class: "warning" }, h("code", {}, code), h("p", {}, message[0].toUpperCase() + message.slice(1)));
+  return h("div", { class: "warning" }, h("code", {}, code), h("p", {}, message));
 }
 
 function tile(title: string, value: string, remark: string): HTMLElement {

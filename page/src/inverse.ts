@@ -31,7 +31,8 @@ export class Inverse {
     const make = (): Model => Model.make(core, thresholds, weights, { center, offset, start });
     this.actuators = [make(), make()];
     this.inverse = this.actuators[0].inverse();
-    const [low, high] = a.card.output;
+    let [low, high] = [Infinity, -Infinity]; // as far as the model moves within the log: the exported code asks for no input beyond it
+    for (const value of a.predicted) [low, high] = [Math.min(low, value), Math.max(high, value)];
     [this.low, this.high] = [low + 0.05 * (high - low), high - 0.05 * (high - low)];
     this.wanted = this.now = 0.5 * (low + high);
     const name = a.labels.output;
@@ -77,7 +78,8 @@ export class Inverse {
 
   private step(reference: number): void {
     const u = this.inverse!.step(reference);
-    const plain = mapped(this.core, this.a.curve.v, this.a.curve.u, [reference])[0];
+    const [least, most] = this.a.card.input;
+    const plain = Math.max(least, Math.min(most, mapped(this.core, this.a.curve.v, this.a.curve.u, [reference])[0]));
     const { r, u: asked, y, c } = this.history;
     r.push(reference);
     asked.push(u);

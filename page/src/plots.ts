@@ -95,7 +95,7 @@ abstract class Figure {
     this.element.remove();
   }
 
-  /** Save the figure as a PNG, on paper of the present colour, with its title. */
+  /** Save the figure as a PNG, on paper of the present colour, with its title and what its lines are. */
   png(): void {
     if (!this.plot) return;
     const from = this.plot.ctx.canvas;
@@ -108,10 +108,20 @@ abstract class Figure {
     ctx.fillStyle = token("ink");
     ctx.font = FONT.replace("12px", `600 ${14 * scale}px`);
     ctx.fillText(this.options.title, 10 * scale, 20 * scale);
+    let at = 20 * scale + ctx.measureText(this.options.title).width;
+    ctx.font = FONT.replace("12px", `${12 * scale}px`);
+    for (const { label, colour } of this.keys()) {
+      ctx.fillStyle = token(colour);
+      ctx.fillRect(at, 14 * scale, 14 * scale, 3 * scale);
+      ctx.fillStyle = token("ink");
+      ctx.fillText(label, at + 19 * scale, 20 * scale);
+      at += 32 * scale + ctx.measureText(label).width;
+    }
     ctx.drawImage(from, 0, head);
     canvas.toBlob((blob) => blob && save(`${this.options.name}.png`, blob, "image/png"));
   }
 
+  protected abstract keys(): Pick<Line, "label" | "colour">[];
   protected abstract whole(): void;
   protected abstract follow(k: number | null): void;
 
@@ -172,15 +182,21 @@ export class TimePlot extends Figure {
   private t: ArrayLike<number> = [];
   private readonly onBrush: ((from: number, to: number) => void) | undefined;
   private shades: Shade[] = [];
+  private lines: Line[] = [];
 
   constructor(root: HTMLElement, options: FigureOptions & { onBrush?: (from: number, to: number) => void }) {
     super(root, options);
     this.onBrush = options.onBrush;
   }
 
+  protected keys(): Line[] {
+    return this.lines;
+  }
+
   /** Show lines over t, which rises. */
   set(t: ArrayLike<number>, lines: Line[], shades: Shade[] = []): void {
     this.t = t;
+    this.lines = lines;
     this.shades = shades;
     const data = [t, ...lines.map((line) => line.values)] as unknown as uPlot.AlignedData;
     if (this.plot && this.plot.series.length === lines.length + 1) {
@@ -278,6 +294,10 @@ export class LoopPlot extends Figure {
     this.readout = h("p", { class: "readout" }, "\u00a0");
     this.dot = h("div", { class: "dot", hidden: true });
     this.element.append(this.readout);
+  }
+
+  protected keys(): Curve[] {
+    return this.curves;
   }
 
   /** Show curves; the view stays where it is if `keep`. */

@@ -5,6 +5,8 @@ import { Core } from "./wasm";
 
 export const LARGEST = 120e6; // bytes of text: what one instance of the code holds with room for the columns
 
+const PACKED = /\.(mat|h5|hdf5|npz|npy|bag|db3|mcap|mf4|mdf|parquet|feather|xlsx|xls|tdms)$/i; // what Python reads, and this page does not
+
 const ready: Promise<void>[] = [];
 
 async function unpacked(packed: Uint8Array): Promise<Uint8Array> {
@@ -28,10 +30,12 @@ async function unpacked(packed: Uint8Array): Promise<Uint8Array> {
   return all;
 }
 class TooLarge extends Error {}
+class OtherFormat extends Error {}
 
 const ANSWERS: Record<string, (message: any) => unknown> = {
   open: ({ module }) => ready.push(Core.open(module).then((core) => begin(core))),
   read: async ({ file }: { file: File }) => {
+    if (PACKED.test(file.name)) throw new OtherFormat(file.name);
     if (file.size > LARGEST) throw new TooLarge("this log is larger");
     const packed = new Uint8Array(await file.arrayBuffer());
     return read(await unpacked(packed), packed, file.name);
@@ -45,6 +49,8 @@ const ANSWERS: Record<string, (message: any) => unknown> = {
 function told(fault: unknown): { known: boolean; message: string; stack: string } {
   if (fault instanceof TooLarge)
     return { known: true, stack: "", message: `${fault.message} than the ${LARGEST / 1e6} MB that this page holds in memory. Install dehyst, which reads logs of any length in chunks (pip install dehyst; dehyst identify LOG ...), or cut the log.` };
+  if (fault instanceof OtherFormat)
+    return { known: true, stack: "", message: `this page reads text, and '${fault.message}' is none. Save its columns as CSV, or install dehyst, which reads it (dehyst inspect ${fault.message}).` };
   if (fault instanceof TypeError && /decompress|gzip/i.test(fault.message))
     return { known: true, stack: "", message: "the file is damaged: its gzip data cannot be expanded. Copy it again." };
   return refusal(fault);

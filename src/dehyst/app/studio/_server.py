@@ -289,6 +289,8 @@ async def run(studio: Studio, request: Request) -> Response:
             if command != SIGNALS:
                 yield _line({"command": _shown(words, studio.folder)})
             async for event in studio.workers.run(words):
+                if "status" in event and studio.leaving():
+                    break  # it was killed because the studio ends, which the page says by itself
                 if "status" in event:
                     event = await run_in_threadpool(_ended, studio, event, written)
                     done = "result" in event
