@@ -100,22 +100,31 @@ abstract class Figure {
     if (!this.plot) return;
     const from = this.plot.ctx.canvas;
     const scale = devicePixelRatio;
-    const head = 30 * scale;
-    const canvas = h("canvas", { width: from.width, height: from.height + head });
+    const canvas = h("canvas", { width: from.width, height: 0 });
     const ctx = canvas.getContext("2d")!;
+    const [title, plain] = [FONT.replace("12px", `600 ${14 * scale}px`), FONT.replace("12px", `${12 * scale}px`)];
+    ctx.font = title;
+    let [x, y] = [20 * scale + ctx.measureText(this.options.title).width, 20 * scale];
+    ctx.font = plain;
+    const keys = this.keys().map(({ label, colour }) => {
+      const width = 32 * scale + ctx.measureText(label).width;
+      if (x + width > from.width) [x, y] = [10 * scale, y + 18 * scale];
+      x += width;
+      return { label, colour, x: x - width, y };
+    });
+    const head = y + 10 * scale;
+    canvas.height = from.height + head; // which forgets the font
     ctx.fillStyle = token("paper");
     ctx.fillRect(0, 0, canvas.width, canvas.height);
     ctx.fillStyle = token("ink");
-    ctx.font = FONT.replace("12px", `600 ${14 * scale}px`);
+    ctx.font = title;
     ctx.fillText(this.options.title, 10 * scale, 20 * scale);
-    let at = 20 * scale + ctx.measureText(this.options.title).width;
-    ctx.font = FONT.replace("12px", `${12 * scale}px`);
-    for (const { label, colour } of this.keys()) {
-      ctx.fillStyle = token(colour);
-      ctx.fillRect(at, 14 * scale, 14 * scale, 3 * scale);
+    ctx.font = plain;
+    for (const key of keys) {
+      ctx.fillStyle = token(key.colour);
+      ctx.fillRect(key.x, key.y - 6 * scale, 14 * scale, 3 * scale);
       ctx.fillStyle = token("ink");
-      ctx.fillText(label, at + 19 * scale, 20 * scale);
-      at += 32 * scale + ctx.measureText(label).width;
+      ctx.fillText(key.label, key.x + 19 * scale, key.y);
     }
     ctx.drawImage(from, 0, head);
     canvas.toBlob((blob) => blob && save(`${this.options.name}.png`, blob, "image/png"));
