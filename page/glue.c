@@ -294,6 +294,91 @@ PAGE(page_triangle) int32_t page_triangle(int32_t n, int32_t m, const double *ro
     return 0;
 }
 
+/* ---- Rows of the test for rate and creep, as evidence_rows.py has them: the next `wanted` that count, (wanted, m).
+ * sizes: degree, stops, lags, creep terms, loads; scale: their radii, lengths and time constants. state: low and high of the
+ * stops, lags, creep, then the number of samples so far. signal (5 + loads, samples): which count, time, drive, its rate,
+ * what is explained, loads. */
+static double *scaled(double *to, double by, const double *from, int32_t n)
+{
+    for (int32_t k = 0; k < n; k++) {
+        to[k] = by * from[k];
+    }
+    return to + n;
+}
+
+PAGE(page_evidence_rows) void page_evidence_rows(const int32_t *sizes, const double *scale, double *state, int32_t samples,
+                                                 const double *signal, int32_t wanted, double *row)
+{
+    const int32_t degree = sizes[0], s = sizes[1], p = sizes[2], c = sizes[3], loads = sizes[4];
+    const double *time = signal + samples, *q = time + samples, *rate = q + samples, *y = rate + samples, *load = y + samples;
+    double *low = state, *high = low + s, *lag = high + s, *creep = lag + p, *next = creep + c;
+    double memory[64], crept[64], power[64];
+    int32_t k = (int32_t)*next;
+    for (; wanted > 0 && k < samples; k++) {
+        const double x = q[k], way = k > 0 ? x - q[k - 1] : 0.0, passed = k > 0 ? time[k] - time[k - 1] : 0.0;
+        for (int32_t i = 0; i < s; i++) {
+            const double down = x - scale[i], up = x + scale[i];
+            const double a = k > 0 ? low[i] : down, b = k > 0 ? high[i] : up;
+            low[i] = a > up ? up : a < down ? down : a;
+            high[i] = b > up ? up : b < down ? down : b;
+            memory[i] = x - (low[i] + 0.5 * (high[i] - low[i]));
+        }
+        for (int32_t i = 0; i < p; i++) {
+            const double length = scale[s + i], end = way < 0.0 ? -length : length;
+            lag[i] = end + dehyst_decay(fabs(way) / length) * (lag[i] - end);
+            memory[s + i] = lag[i];
+        }
+        for (int32_t i = 0; i < c; i++) {
+            creep[i] = k > 0 ? creep[i] - expm1(-passed / scale[s + p + i]) * (x - creep[i]) : x;
+            crept[i] = x - creep[i];
+        }
+        if (signal[k] == 0.0) {
+            continue;
+        }
+        wanted--;
+        const double inside = x > 1.0 ? 1.0 : x < -1.0 ? -1.0 : x;
+        power[0] = 1.0;
+        power[1] = inside;
+        for (int32_t i = 2; i <= degree; i++) {
+            power[i] = power[i - 1] * (2.0 * inside) - power[i - 2];
+        }
+        row = scaled(row, 1.0, power + 1, degree);
+        for (int32_t i = 0; i < loads; i++) {
+            row = scaled(row, load[i * samples + k], power, degree + 1);
+        }
+        row = scaled(row, 0.5 * (1.0 + inside), memory, s + p);
+        row = scaled(row, 0.5 * (1.0 - inside), memory, s + p);
+        for (int32_t i = 0; i < 2 * loads; i++) {
+            row = scaled(row, i % 2 ? 1.0 - load[i / 2 * samples + k] : load[i / 2 * samples + k], memory, s + p);
+        }
+        for (int32_t i = 0; i < (loads > 0 ? 2 * loads : 1); i++) {
+            row = scaled(row, loads == 0 ? 1.0 : i % 2 ? 1.0 - load[i / 2 * samples + k] : load[i / 2 * samples + k], crept, c);
+        }
+        for (int32_t i = 0; i < (loads > 0 ? 2 * loads : 1); i++) {
+            *row++ = rate[k] * (loads == 0 ? 1.0 : i % 2 ? 1.0 - load[i / 2 * samples + k] : load[i / 2 * samples + k]);
+        }
+        *row++ = y[k];
+    }
+    *next = k;
+}
+
+/* Rows (n, m) less their mean, which row[n] .. has room for. */
+PAGE(page_centre) void page_centre(int32_t n, int32_t m, double *rows)
+{
+    double *mean = rows + (size_t)n * (size_t)m;
+    memset(mean, 0, (size_t)m * sizeof *mean);
+    for (int32_t k = 0; k < 2 * n; k++) {
+        double *row = rows + (size_t)(k % n) * (size_t)m;
+        for (int32_t j = 0; j < m; j++) {
+            if (k < n) {
+                mean[j] += row[j];
+            } else {
+                row[j] -= mean[j] / n;
+            }
+        }
+    }
+}
+
 /* ---- A block as it is exported: its parameters in one image, and its answers to the bit. */
 typedef struct page_block {
     dehyst_block block;

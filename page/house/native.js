@@ -229,6 +229,32 @@ nd.qr = (a, mode) => {
   });
 };
 
+/* Rows and triangles of the test for rate and creep by C, which holds one block at a time. */
+const blocks_of = (stretches, blocks, degree, ...scale) => call((put, room, out) => {
+  const [s, p, q] = scale.map(size), all = [...$.it(stretches)], loads = all[0].loads.length;
+  const m = degree + loads * (degree + 1) + 2 * (1 + loads) * (s + p) + Math.max(1, 2 * loads) * (q + 1) + 1;
+  const counted = all.map(({ counts }) => np.count_nonzero(counts)), ends = np.round(np.linspace(0, counted.reduce((a, b) => a + b, 0), blocks + 1)).tolist();
+  const sizes = room(3), known = put(np.concatenate(scale)), r = room(m * m), rows = room((Math.max(...ends.slice(1).map((end, k) => end - ends[k])) + 1) * m);
+  new Int32Array(heap(), sizes, 5).set([degree, s, p, q, loads]);
+  let left = 0, state, given, samples, at = -1;
+  return ends.slice(1).map((end, k) => {
+    const count = end - ends[k];
+    new Float64Array(heap(), r, m * m).fill(0);
+    for (let more = count; more > 0;) {
+      while (!left) {
+        const { time, x, y, counts, loads } = all[++at];
+        left = counted[at]; samples = size(x); state = put(new Float64Array(2 * s + p + q + 1));
+        given = put(np.concatenate([counts, time, x, samples > 2 ? $.imp("dehyst.identification.facts").velocity(time, x) : np.zeros(samples), y, ...loads]));
+      }
+      const n = Math.min(left, more);
+      c.page_evidence_rows(sizes, known, state, samples, given, n, rows);
+      c.page_centre(n, m, rows);
+      if (c.page_triangle(n, m, rows, r)) throw $.b.MemoryError("factors");
+      left -= n; more -= n;
+    }
+    return $.tup(arrayOf(out(r, m * m)).reshape(m, m), count);
+  });
+});
 // ---- Python's library
 const regex_flags = { ASCII: 1, IGNORECASE: 2, DOTALL: 4, MULTILINE: 8 };
 class Match {
@@ -369,6 +395,7 @@ export function provide() {
   $.provide("numpy", np);
   $.provide("numpy.typing", anything);
   $.provide("dehyst._native", native);
+  $.provide("dehyst.identification.evidence_rows", { blocks_of, Stretch: $.cls("Stretch", [], "NamedTuple", [["time", null], ["x", null], ["y", null], ["counts", null], ["loads", () => $.tup()]], false, true, () => undefined) });
   $.provide("dehyst.identification.threads", { single_blas: () => ({ __enter__: () => null, __exit__: () => false }), in_parallel: (f, items) => [...$.it(items)].map((v) => f(v)) });
   $.provide("math", { ...maths, pi: Math.PI, e: Math.E, inf: Infinity, nan: NaN, log: (v, b) => (b === undefined ? Math.log(v) : Math.log(v) / Math.log(b)), isfinite: Number.isFinite, isnan: Number.isNaN, isinf: (v) => Math.abs(v) === Infinity, fsum: (v) => $.b.sum(v), copysign: (a, b) => (b < 0 || Object.is(b, -0) ? -Math.abs(a) : Math.abs(a)), prod: (v) => [...$.it(v)].reduce((a, b) => a * b, 1), gcd: (a, b) => { while (b) [a, b] = [b, a % b]; return a; }, isclose: (a, b) => Math.abs(a - b) <= 1e-9 * Math.max(Math.abs(a), Math.abs(b)) });
   $.provide("re", re);
@@ -467,13 +494,13 @@ export function sha256(data) {
       const x = w[k - 15], y = w[k - 2];
       w[k] = (w[k - 16] + w[k - 7] + (((x >>> 7) | (x << 25)) ^ ((x >>> 18) | (x << 14)) ^ (x >>> 3)) + (((y >>> 17) | (y << 15)) ^ ((y >>> 19) | (y << 13)) ^ (y >>> 10))) | 0;
     }
-    let [a, b2, c2, d, e, f, g, q] = h;
+    let [a, i, j, d, e, f, g, q] = h;
     for (let k = 0; k < 64; k++) {
-      const t1 = (q + (((e >>> 6) | (e << 26)) ^ ((e >>> 11) | (e << 21)) ^ ((e >>> 25) | (e << 7))) + ((e & f) ^ (~e & g)) + rounds[k] + w[k]) | 0;
-      const t2 = ((((a >>> 2) | (a << 30)) ^ ((a >>> 13) | (a << 19)) ^ ((a >>> 22) | (a << 10))) + ((a & b2) ^ (a & c2) ^ (b2 & c2))) | 0;
-      [q, g, f, e, d, c2, b2, a] = [g, f, e, (d + t1) | 0, c2, b2, a, (t1 + t2) | 0];
+      const s = (q + (((e >>> 6) | (e << 26)) ^ ((e >>> 11) | (e << 21)) ^ ((e >>> 25) | (e << 7))) + ((e & f) ^ (~e & g)) + rounds[k] + w[k]) | 0;
+      const t = ((((a >>> 2) | (a << 30)) ^ ((a >>> 13) | (a << 19)) ^ ((a >>> 22) | (a << 10))) + ((a & i) ^ (a & j) ^ (i & j))) | 0;
+      q = g; g = f; f = e; e = (d + s) | 0; d = j; j = i; i = a; a = (s + t) | 0;
     }
-    [a, b2, c2, d, e, f, g, q].forEach((v, k) => { h[k] += v; });
+    h[0] += a; h[1] += i; h[2] += j; h[3] += d; h[4] += e; h[5] += f; h[6] += g; h[7] += q;
   }
   return [...h].map((v) => v.toString(16).padStart(8, "0")).join("");
 }

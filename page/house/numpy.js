@@ -275,10 +275,6 @@ const F = {
   land: (a, b) => (a && b ? 1 : 0), lor: (a, b) => (a || b ? 1 : 0),
 };
 // One loop a function, so that each is compiled for its own.
-const loop = (f) => {
-  const text = f.toString();
-  return { dd: wrap(f), text };
-};
 function wrap(f) {
   return {
     aa: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = f(x[k], y[k]); },
@@ -286,14 +282,19 @@ function wrap(f) {
     sa: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = f(x, y[k]); },
   };
 }
-const LOOPS = Object.fromEntries(Object.entries(F).map(([n, f]) => [n, loop(f).dd]));
+const LOOPS = Object.fromEntries(Object.entries(F).map(([n, f]) => [n, wrap(f)]));
 const COMPARES = new Set(["eq", "ne", "lt", "le", "gt", "ge", "land", "lor"]);
-LOOPS.add.aa = (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] + y[k]; };
-LOOPS.sub.aa = (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] - y[k]; };
-LOOPS.mul.aa = (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] * y[k]; };
-LOOPS.sub.as = (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] - y; };
-LOOPS.mul.as = (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] * y; };
-LOOPS.div.as = (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] / y; };
+const own = (name, l) => Object.assign(LOOPS[name], l);
+own("add", { aa: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] + y[k]; }, sa: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x + y[k]; } });
+own("sub", { aa: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] - y[k]; }, as: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] - y; } });
+own("mul", { aa: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] * y[k]; }, as: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] * y; } });
+own("div", { aa: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] / y[k]; }, as: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] / y; } });
+own("lt", { as: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] < y ? 1 : 0; } });
+own("le", { aa: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] <= y[k] ? 1 : 0; }, as: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] <= y ? 1 : 0; } });
+own("gt", { as: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] > y ? 1 : 0; } });
+own("ge", { as: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] >= y ? 1 : 0; } });
+own("pow", { as: (x, y, o) => { if (y === 2) for (let k = 0; k < o.length; k++) o[k] = x[k] * x[k]; else for (let k = 0; k < o.length; k++) o[k] = F.pow(x[k], y); } });
+own("mul", { sa: (x, y, o) => LOOPS.mul.as(y, x, o) });
 function result_type(name, a, b) {
   if (COMPARES.has(name)) return "b";
   if ((name === "band" || name === "bor" || name === "bxor") && a === "b" && b === "b") return "b";
@@ -373,7 +374,7 @@ nd.ops = {
     else a.put($.tup(...all), made);
     return a;
   },
-  unary: (name, a) => (name === "neg" ? keep(a, (v) => -v) : name === "abs" ? keep(a, Math.abs) : a.type === "b" ? new NDArray(Uint8Array.from(a.values(), (v) => (v ? 0 : 1)), a.shape, "b") : keep(a, (v) => ~v)),
+  unary: (name, a) => (name === "neg" ? keep(a, (v) => -v) : name === "abs" ? np.abs(a) : a.type === "b" ? new NDArray(Uint8Array.from(a.values(), (v) => (v ? 0 : 1)), a.shape, "b") : keep(a, (v) => ~v)),
 };
 const keep = (a, f) => { const v = a.values(), o = store(a.type === "b" ? "i" : a.type, v.length); for (let k = 0; k < v.length; k++) o[k] = f(v[k]); return shaped(o, a.shape, a.type === "b" ? "i" : a.type); };
 
@@ -425,13 +426,14 @@ const extreme = (sign) => (a, ...args) => {
   return reduce(a, o, (v, p, n, s) => {
     let best = o.initial ?? v[p];
     if (n === 0 && o.initial === undefined) $.raise("ValueError", "zero-size array to reduction operation which has no identity");
-    for (let k = 0; k < n; k++, p += s) { if (v[p] !== v[p]) return NaN; if (sign > 0 ? v[p] > best : v[p] < best) best = v[p]; }
+    if (sign > 0) for (let k = 0; k < n; k++, p += s) { const w = v[p]; if (w > best) best = w; else if (w !== w) return NaN; }
+    else for (let k = 0; k < n; k++, p += s) { const w = v[p]; if (w < best) best = w; else if (w !== w) return NaN; }
     return best;
   });
 };
 const mean = (v, p, n, s) => total(v, p, n, s) / n;
 const variance = (ddof) => (v, p, n, s) => { const m = mean(v, p, n, s); const d = new Float64Array(n); for (let k = 0; k < n; k++) d[k] = (v[p + k * s] - m) ** 2; return total(d, 0, n, 1) / (n - ddof); };
-const sorted = (v) => (Array.isArray(v) ? [...v].sort() : Float64Array.from(v).sort((a, b) => (a < b ? -1 : a > b ? 1 : a === b ? 0 : a !== a ? (b !== b ? 0 : 1) : -1)));
+const sorted = (v) => (Array.isArray(v) ? [...v].sort() : Float64Array.from(v).sort());
 function quantile(v, p, n, s, q) {
   const d = new Float64Array(n);
   for (let k = 0; k < n; k++) { d[k] = v[p + k * s]; if (d[k] !== d[k]) return NaN; }
@@ -525,7 +527,7 @@ export const np = {
   clip: (a, lo, hi, ...r) => { let m = lo === null || lo === undefined ? array(a) : calc("max", array(a), lo); if (hi !== null && hi !== undefined) m = calc("min", m, hi); const o = told(r, ["out"]); return o.out instanceof NDArray ? into(m, o.out) : m instanceof NDArray && m.ndim === 0 ? m.item() : m; },
   add: wrapped("add"), subtract: wrapped("sub"), multiply: wrapped("mul"), divide: wrapped("div"), maximum: wrapped("max"), minimum: wrapped("min"), hypot: wrapped("hypot"), power: wrapped("pow"),
   logical_and: wrapped("land"), logical_or: wrapped("lor"), logical_not: (a) => nd.ops.unary("inv", cast(array(a), $.b.bool)), equal: wrapped("eq"), greater: wrapped("gt"), less: wrapped("lt"), mod: wrapped("mod"),
-  abs: (a) => (a instanceof NDArray ? keep(a, Math.abs) : typeof a === "number" ? Math.abs(a) : keep(array(a), Math.abs)), negative: (a) => $.neg(a),
+  abs: (a) => { if (typeof a === "number") return Math.abs(a); a = array(a); if (a.type !== "f") return keep(a, Math.abs); const v = a.values(), o = new Float64Array(v.length); for (let k = 0; k < o.length; k++) o[k] = Math.abs(v[k]); return shaped(o, a.shape, "f"); }, negative: (a) => $.neg(a),
   sqrt: unary(Math.sqrt), exp: unary(Math.exp), log: unary(Math.log), log1p: unary(Math.log1p), log10: unary(Math.log10), log2: unary(Math.log2), expm1: unary(Math.expm1), sin: unary(Math.sin), cos: unary(Math.cos), tanh: unary(Math.tanh), floor: unary(Math.floor), ceil: unary(Math.ceil), trunc: unary(Math.trunc), square: unary((v) => v * v),
   sign: unary((v) => (v > 0 ? 1 : v < 0 ? -1 : v)), rint: unary(even), isfinite: unary((v) => (Number.isFinite(v) ? 1 : 0), "b"), isnan: unary((v) => (v !== v ? 1 : 0), "b"), isinf: unary((v) => (v === Infinity || v === -Infinity ? 1 : 0), "b"),
   round: (a, d = 0, ...r) => { if (d instanceof Named) d = d.values.decimals ?? 0; return unary(d === 0 ? even : (v) => even(v * 10 ** d) / 10 ** d)(a, ...r); },
@@ -658,6 +660,7 @@ nd.qr = (a, mode) => {
   }
   return $.tup(new NDArray(Q, [k, n], "f").T.fresh(), R);
 };
+const less = (x, to, f, from, n) => { for (const end = to + n; to < end; to++, from++) x[to] -= f * x[from]; };
 nd.solve = (a, b) => {
   const n = a.shape[0], A = Float64Array.from(a.values()), w = b.ndim === 1 ? 1 : b.shape[1], X = Float64Array.from(b.values());
   for (let j = 0; j < n; j++) {
@@ -672,13 +675,12 @@ nd.solve = (a, b) => {
       const f = A[i * n + j] / A[j * n + j];
       if (f === 0) continue;
       for (let k = j + 1; k < n; k++) A[i * n + k] -= f * A[j * n + k];
-      for (let k = 0; k < w; k++) X[i * w + k] -= f * X[j * w + k];
+      less(X, i * w, f, j * w, w);
     }
   }
-  for (let i = n - 1; i >= 0; i--) for (let k = 0; k < w; k++) {
-    let s = X[i * w + k];
-    for (let j = i + 1; j < n; j++) s -= A[i * n + j] * X[j * w + k];
-    X[i * w + k] = s / A[i * n + i];
+  for (let i = n - 1; i >= 0; i--) {
+    for (let j = i + 1; j < n; j++) less(X, i * w, A[i * n + j], j * w, w);
+    for (let k = i * w, f = A[i * n + i]; k < (i + 1) * w; k++) X[k] /= f;
   }
   return new NDArray(X, b.shape, "f");
 };

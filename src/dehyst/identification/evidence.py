@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -11,12 +10,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-import dehyst._native as _native
-from dehyst.arrays import Array, Mask
+from dehyst.arrays import Array
 from dehyst.data.loops import turning_points
 from dehyst.findings import Finding
 from dehyst.identification.data import ENOUGH, LONG, DataSet
-from dehyst.identification.facts import velocity
+from dehyst.identification.evidence_rows import Stretch, blocks_of
 from dehyst.identification.least_squares import Solution, solve_bounded, triangle
 
 RATE, CREEP = "rate", "creep"
@@ -139,16 +137,6 @@ class Evidence:
             f"dependence on {self.words}: {self.answer}; {self.figures} on held-out blocks, better in {self.better} of "
             f"{self.blocks}, p = {self.p:.2g}, {100 * self.own:.0f} % of its effect unlike hysteresis"
         )
-
-
-class Stretch(NamedTuple):
-    """Samples in succession, all (T,): time [s], input, output, which of them count, and shares 0..1 of known loads."""
-
-    time: Array
-    x: Array
-    y: Array
-    counts: Mask
-    loads: tuple[Array, ...] = ()
 
 
 def rows_of(sizes: Sequence[int], turns: int) -> list[slice]:
@@ -319,49 +307,13 @@ def _blocks(stretches: Sequence[Stretch]) -> list[_Block] | None:
     longest = max(float(s.time[-1] - s.time[0]) for s in stretches)
     step = float(np.median(np.concatenate([np.diff(s.time) for s in stretches])))
     times = np.geomspace(max(STEPS * step, SHARE * longest / WIDEST), SHARE * longest, TIMES)
-    parts = [
-        _columns(s.time, (s.x - drive[0]) / drive[1], (s.y - other[0]) / other[1], times, s.loads)[s.counts]
-        for s in stretches
-    ]
-    return list(_cut(parts))
+    scaled = [s._replace(x=(s.x - drive[0]) / drive[1], y=(s.y - other[0]) / other[1]) for s in stretches]
+    return [_Block(*each) for each in blocks_of(scaled, BLOCKS, DEGREE, RADII, LENGTHS, times)]
 
 
 def _scaling(parts: list[Array]) -> tuple[float, float] | None:
     low, high = min(float(p.min()) for p in parts if p.size), max(float(p.max()) for p in parts if p.size)
     return (0.5 * (low + high), 0.5 * (high - low)) if high > low else None
-
-
-def _columns(time: Array, q: Array, explained: Array, times: Array, loads: tuple[Array, ...]) -> Array:
-    q, time = np.ascontiguousarray(q), np.ascontiguousarray(time)
-    memory, creep = np.split(_native.direct_bank(q, time, RADII, LENGTHS, times, False)[0], [-times.size], axis=1)
-    inside = np.clip(q, -1.0, 1.0)
-    powers: Array = np.asarray(np.polynomial.chebyshev.chebvander(inside, DEGREE), dtype=np.float64)
-    rate = velocity(time, q) if q.size > 2 else np.zeros(q.size)
-    ends = [share[:, None] for load in loads for share in (load, 1.0 - load)]
-    whole = ends or [np.ones((q.size, 1))]
-    places = [0.5 * (1.0 + inside)[:, None], 0.5 * (1.0 - inside)[:, None], *ends]
-    return np.column_stack(
-        [
-            powers[:, 1:],
-            *(load[:, None] * powers for load in loads),
-            *(share * memory for share in places),
-            *(share * creep for share in whole),
-            *(share * rate[:, None] for share in whole),
-            explained,
-        ]
-    )
-
-
-def _cut(parts: list[Array]) -> Iterator[_Block]:
-    """Ten blocks of rows; where a block holds the end of one stretch and the next, each is less its own mean."""
-    ends = np.cumsum([0, *(part.shape[0] for part in parts)])
-    for begin, end in itertools.pairwise(np.linspace(0, ends[-1], BLOCKS + 1).round().astype(int).tolist()):
-        inside = [
-            part[max(begin - first, 0) : end - first]
-            for part, first, last in zip(parts, ends[:-1].tolist(), ends[1:].tolist(), strict=True)
-            if first < end and last > begin
-        ]
-        yield _Block(triangle(np.concatenate([part - part.mean(axis=0) for part in inside])), end - begin)
 
 
 def without_holds(tested: Sequence[Evidence], answer: Callable[[Array], Array], time: Array) -> Iterator[Finding]:
