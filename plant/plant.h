@@ -44,7 +44,10 @@ enum {
     PLANT_MAP_TOOL = 0,        /* Fm (a0 (exp(-a1 k/km) - 1) + p/p_ref exp(-a3 (k/km)^2)): Fm a0 a1 a3 km p_ref */
     PLANT_MAP_EXPONENTIAL = 1, /* (a1 p + a2) exp(a3 k) + a4 k p + a5 p + a6:               a1 a2 a3 a4 a5 a6 */
     PLANT_MAP_GEOMETRIC = 2,   /* mu A0 p (a (1 - ke k)^2 - b) + c1 k + c2 (1 - exp(-c3 k)): mu A0 a b ke c1 c2 c3 */
-    PLANT_MAP_SPRING = 3       /* F0 - K k, a spring in the place of a muscle, whatever p:   F0 K */
+    PLANT_MAP_SPRING = 3,      /* F0 - K k, a spring in the place of a muscle, whatever p:   F0 K */
+    PLANT_MAP_TABLE = 4        /* s T(p, c k), T bilinear on an even grid and in lines beyond it, never rising with k
+                                  there:
+                                                                                            s c p_0 dp k_0 dk */
 };
 
 enum {
@@ -79,6 +82,8 @@ typedef struct plant_hysteresis {
 typedef struct plant_muscle {
     int32_t map;                        /* PLANT_MAP_... */
     double coefficient[8];              /* of the map, in the order given at its name */
+    const double *table;                /* PLANT_MAP_TABLE only: T, row by row, a row a pressure, [N]; the caller's */
+    int32_t rows, columns;              /* of the table, 2 or more */
     double length;                      /* l_0, [m] */
     double volume[4];                   /* V = l_0 sum_j volume[j] kappa^j + dead_volume, [m^2] */
     double dead_volume;                 /* hose and fitting, [m^3] */

@@ -56,7 +56,9 @@ def test_every_key_of_the_file_is_known_and_every_known_key_is_in_the_file():
         r"body\..*|reference\..*|joint\..\.(body_joint|drives|parallel|routing|lever.*|moment_arm.*|tendons|spring.*)|"
     )
     optional = re.compile(
-        own + r"map\..*force_of_length|joint\.[35]\.(valve|radius_m|contraction)|joint\.[1-5]\.pole_1_s"
+        own
+        + r"muscle\..*\.(model|set|parameters)|map\..*force_of_length|joint\.[35]\.(valve|radius_m|contraction)|"
+        + r"joint\.[1-5]\.pole_1_s"
     )
     off = re.compile(r"sensors\.angle_drift.*|joint\.[35]\.backlash.*")  # in the realistic arm too
     said = [*leaves(values), *leaves(more)]

@@ -133,7 +133,7 @@ def test_the_flow_grows_with_the_opening_and_falls_with_the_pressure():
         (lambda p: p["muscle"][0].update(creep_branches=3), "creep_branches"),
         (lambda p: p["muscle"][0].update(coefficient=[1.0] * 5), r"map 0 takes 6"),
         (lambda p: p["muscle"][0].update(volume=[float("nan")] * 4), r"volume\[0\] must be finite"),
-        (lambda p: p["muscle"][0].update(map=7), r"muscle\[0\].map must be an integer from 0 to 3"),
+        (lambda p: p["muscle"][0].update(map=7), r"muscle\[0\].map must be an integer from 0 to 4"),
         (lambda p: p.update(valve=[p["valve"][0]]), "valve must be a list of two"),
         (lambda p: p.update(sensors=3), "sensors must be a dict"),
         (lambda p: p.update(substeps=0), "substeps must be an integer"),

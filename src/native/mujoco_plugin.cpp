@@ -289,7 +289,7 @@ void read(Config &c, Muscle &u)
 bool intact(const Muscle &u)
 {
     const plant_hysteresis &h = u.muscle.hysteresis;
-    return u.mark == kMark && u.substeps >= 1 && u.substeps <= 1000 && h.kind >= PLANT_NONE && h.kind <= PLANT_DAHL &&
+    return u.mark == kMark && u.muscle.map <= PLANT_MAP_GEOMETRIC && u.substeps >= 1 && u.substeps <= 1000 && h.kind >= PLANT_NONE && h.kind <= PLANT_DAHL &&
            h.n >= 0 && h.n <= PLANT_ELEMENTS && u.muscle.creep_branches >= 0 && u.muscle.creep_branches <= PLANT_CREEP &&
            u.state.turns >= 0 && u.state.turns <= PLANT_TURNS && u.state.turns != 1;
 }

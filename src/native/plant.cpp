@@ -30,7 +30,8 @@ double ForeignMechanism::force(void *context, double contraction, double pressur
     return 0;
 }
 
-PneumaticJoint::PneumaticJoint(const nb::dict &parameters, uint64_t seed) : joint(plant_read_joint(parameters))
+PneumaticJoint::PneumaticJoint(const nb::dict &parameters, uint64_t seed) 
+    : joint(plant_read_joint(parameters, tables))
 {
     const double p[2] = {0, 0};
     plant_joint_reset(&joint, &state, 0, p, seed);
@@ -244,7 +245,8 @@ Out everett(const In &from, const In &to)
 
 Out muscle_force(const nb::dict &parameters, const In &p, const In &kappa)
 {
-    const plant_muscle muscle = plant_read_muscle(parameters, "muscle");
+    std::vector<double> table;
+    const plant_muscle muscle = plant_read_muscle(parameters, "muscle", table);
     require(p.size() == kappa.size(), "arrays differ in length");
     std::vector<double> f(p.size());
     Patience patience(50);
@@ -257,7 +259,8 @@ Out muscle_force(const nb::dict &parameters, const In &p, const In &kappa)
 
 nb::tuple muscle_volume(const nb::dict &parameters, const In &kappa)
 {
-    const plant_muscle muscle = plant_read_muscle(parameters, "muscle");
+    std::vector<double> table;
+    const plant_muscle muscle = plant_read_muscle(parameters, "muscle", table);
     std::vector<double> volume(kappa.size()), slope(kappa.size());
     Patience patience(50);
     for (std::size_t k = 0; k < volume.size(); ++k) {

@@ -18,13 +18,14 @@ struct ForeignMechanism {
 
 // `joint` and `state` are for C++ callers, who may step without the GIL; afterwards they call `raise` with it.
 struct PneumaticJoint {
+    std::vector<double> tables[2]; // static maps that are given by points; `joint` has their addresses
     plant_joint joint{};
     plant_joint_state state{};
     plant_reading reading{}; // the last one that Python asked for
     ForeignMechanism foreign[2];
 
     PneumaticJoint(const nb::dict &parameters, uint64_t seed);
-    PneumaticJoint(const PneumaticJoint &) = delete; // the plant keeps the addresses of `foreign`
+    PneumaticJoint(const PneumaticJoint &) = delete; // the plant keeps the addresses of `tables` and `foreign`
     PneumaticJoint &operator=(const PneumaticJoint &) = delete;
 
     void reset(double q, double p1, double p2, uint64_t seed);
@@ -39,8 +40,9 @@ struct PneumaticJoint {
 
 // The hysteresis of one muscle from its dict; `where` names it in errors.
 plant_hysteresis plant_read_hysteresis(const nb::dict &parameters, const std::string &where);
-plant_joint plant_read_joint(const nb::dict &parameters);
-plant_muscle plant_read_muscle(const nb::dict &parameters, const std::string &where);
+// `table` takes the points of a map that is a table: the result has its address.
+plant_joint plant_read_joint(const nb::dict &parameters, std::vector<double> (&tables)[2]);
+plant_muscle plant_read_muscle(const nb::dict &parameters, const std::string &where, std::vector<double> &table);
 plant_valve plant_read_valve(const nb::dict &parameters, const std::string &where);
 plant_air plant_read_air(const nb::dict &parameters, const std::string &where);
 

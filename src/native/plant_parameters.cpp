@@ -8,6 +8,8 @@ namespace {
 
 [[noreturn]] void fail(const std::string &message) { throw std::invalid_argument(message); }
 
+constexpr std::size_t kMostPoints = std::size_t{1} << 23; // of a table of forces
+
 enum class Range { any, positive, not_negative };
 
 // Reads one dict; `finish` complains about keys that nobody asked for.
@@ -63,6 +65,22 @@ class Reader {
         return static_cast<int32_t>(size);
     }
 
+    // Copies a matrix of finite numbers, two rows and columns or more.
+    void points(const char *key, std::vector<double> &to, int32_t &rows, int32_t &columns)
+    {
+        using Points = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+        Points given;
+        if (!nb::try_cast(get(key), given)) fail(name(key) + " must be a matrix of numbers, float64 row by row");
+        if (given.shape(0) < 2 || given.shape(1) < 2 || given.size() > kMostPoints)
+            fail(name(key) + " must have 2 rows and columns or more, and at most " + std::to_string(kMostPoints) +
+                 " numbers");
+        to.assign(given.data(), given.data() + given.size());
+        for (const double value : to)
+            if (!std::isfinite(value)) fail(name(key) + " must be finite");
+        rows = static_cast<int32_t>(given.shape(0));
+        columns = static_cast<int32_t>(given.shape(1));
+    }
+
     void finish()
     {
         for (auto item : source_) {
@@ -103,7 +121,7 @@ void read_kind(Reader &reader, const std::string &name, plant_kind &kind)
 #undef READ
 }
 
-constexpr int32_t kCoefficients[] = {6, 6, 8, 2}; // of the maps, in the order of their enum
+constexpr int32_t kCoefficients[] = {6, 6, 8, 2, 6}; // of the maps, in the order of their enum
 
 void same_length(Reader &reader, const char *count, int32_t have, const char *list, int32_t expected)
 {
@@ -158,17 +176,23 @@ plant_hysteresis plant_read_hysteresis(const nb::dict &parameters, const std::st
     return h;
 }
 
-plant_muscle plant_read_muscle(const nb::dict &parameters, const std::string &where)
+plant_muscle plant_read_muscle(const nb::dict &parameters, const std::string &where, std::vector<double> &table)
 {
     Reader reader(parameters, where);
     plant_muscle m{};
-    m.map = reader.integer("map", PLANT_MAP_TOOL, PLANT_MAP_SPRING);
+    m.map = reader.integer("map", PLANT_MAP_TOOL, PLANT_MAP_TABLE);
     const int32_t given = reader.list("coefficient", m.coefficient, 8);
     if (given != kCoefficients[m.map])
         fail(reader.name("coefficient") + " holds " + std::to_string(given) + " numbers, map " +
              std::to_string(m.map) + " takes " + std::to_string(kCoefficients[m.map]));
     if (m.map == PLANT_MAP_TOOL && !(m.coefficient[4] > 0 && m.coefficient[5] > 0))
         fail(reader.name("coefficient") + ": km and p_ref (the last two) must be positive");
+    if (m.map == PLANT_MAP_TABLE) {
+        if (!(m.coefficient[3] > 0 && m.coefficient[5] > 0))
+            fail(reader.name("coefficient") + ": the steps of pressure and contraction must be positive");
+        reader.points("table", table, m.rows, m.columns);
+        m.table = table.data();
+    }
     m.length = reader.number("length", Range::positive);
     if (reader.list("volume", m.volume, 4) != 4) fail(reader.name("volume") + " must hold 4 numbers");
     m.dead_volume = reader.number("dead_volume", Range::not_negative);
@@ -229,7 +253,7 @@ plant_air plant_read_air(const nb::dict &parameters, const std::string &where)
     return a;
 }
 
-plant_joint plant_read_joint(const nb::dict &parameters)
+plant_joint plant_read_joint(const nb::dict &parameters, std::vector<double> (&tables)[2])
 {
     Reader reader(parameters, "");
     plant_joint joint{};
@@ -242,7 +266,7 @@ plant_joint plant_read_joint(const nb::dict &parameters)
     pair("muscle", muscle, reader);
     pair("valve", valve, reader);
     for (int m = 0; m < 2; ++m) {
-        joint.muscle[m] = plant_read_muscle(sub(muscle[m], at("muscle", m)), at("muscle", m));
+        joint.muscle[m] = plant_read_muscle(sub(muscle[m], at("muscle", m)), at("muscle", m), tables[m]);
         joint.valve[m] = plant_read_valve(sub(valve[m], at("valve", m)), at("valve", m));
     }
     Reader sensors(sub(reader.get("sensors"), "sensors"), "sensors", true);

@@ -72,6 +72,7 @@ ACTIONS = {"new": _new, "check": _check, "fit": fit}
 def _figures(robot: Robot, number: int, check: JointCheck) -> dict[str, Any]:
     return {
         "drives": list(robot.joint(number).driven),
+        "models": [muscle.model or muscle.map for muscle in robot.muscles_of(number)],
         "range_deg": np.degrees(robot.joint(number).range),
         "held_Nm": [float(pull.min()) for pull in check.pulls],
         "held_back_Nm": [float(pull.min()) for pull in check.back],
@@ -83,6 +84,12 @@ def _figures(robot: Robot, number: int, check: JointCheck) -> dict[str, Any]:
     }
 
 
+def _named(robot: Robot, drive: str) -> str:
+    """A type of muscle, with the model of its force if it has one."""
+    model = robot.muscles[drive].model if drive in robot.muscles else None
+    return f"{drive} ({model})" if model else drive
+
+
 def _print(robot: Robot, found: dict[int, JointCheck]) -> None:
     out, bars = terminal(), [f"{p / 1e5:g}" for p in PRESSURES]
     heads = ["joint", "drive", ">range", ">gravity", ">inertia", ">stiffness", ">natural"]
@@ -92,7 +99,7 @@ def _print(robot: Robot, found: dict[int, JointCheck]) -> None:
         muscles = [f"{check.stiffness:.3g}", f"{check.frequency:.3g}"] if check.pulls.size else ["", ""]
         gravity = f"{check.gravity[0]:.3g} .. {check.gravity[1]:.3g}"
         reach = f"±{np.degrees(robot.joint(number).range):.3g}"
-        drive = ", ".join(dict.fromkeys(robot.joint(number).driven))
+        drive = ", ".join(_named(robot, name) for name in dict.fromkeys(robot.joint(number).driven))
         drive += f" x {robot.joint(number).parallel}" if robot.joint(number).parallel > 1 else ""
         rows.append([str(number), drive, reach, gravity, f"{check.inertia:.3g}", *muscles])
     mean = robot.controller.mean_pressure / 1e5

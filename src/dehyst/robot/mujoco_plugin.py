@@ -161,12 +161,22 @@ def actuator_xml(
     return "\n".join([f'<plugin plugin="dehyst.muscle"{own}>', *lines, "</plugin>"])
 
 
+_MAPS = ("tool", "exponential", "geometric")
+
+
 def _config(robot: Robot, number: int, muscle: int, seed: int, drive: str) -> dict[str, str]:
     joints = importlib.import_module("dehyst.robot.arm.joints")
     if muscle not in (0, 1):
         raise ParameterError(f"muscle = {muscle}: a joint has muscles 0 and 1.", muscle=muscle)
     joint = joints.pneumatic_joint_parameters(robot, number, seed)
     form = {code: form for form, code in joints.FORMS.items()}
+    if form[joint["muscle"][muscle]["map"]] == "table":
+        raise ParameterError(
+            f"muscle {muscle} of joint {number} has the static force of a muscle model, "
+            f"{robot.muscles_of(number)[muscle].model}: the plugin takes the maps {', '.join(_MAPS)}. Give that "
+            f"type of muscle a map and no model.",
+            joint=number,
+        )
     own: dict[str, Any] = {**joint["muscle"][muscle]}
     hysteresis = own.pop("hysteresis")
     own |= {**joint["valve"][muscle], **joint["air"]}

@@ -20,12 +20,13 @@ from dehyst.errors import ParameterError, SimulationError
 from dehyst.robot.arm.mechanisms import Mechanism, Parameters, dahl, foreign, maxwell_slip, none, preisach
 from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.arm.rigid_body import arm_model, moment_arms, mujoco, new_data
+from dehyst.robot.arm.static_map import model_of, static_map
 from dehyst.robot.arm.tables import ForceMap, Muscle, Sensors, Valve
 
-FORMS = {"tool": 0, "exponential": 1, "geometric": 2, "spring": 3}  # PLANT_MAP_... of plant/plant.h
-# Coefficients that the force is proportional to, all together.
-SHAPES = {"tool": (1, 2, 3), "exponential": (2,), "geometric": (4, 7), "spring": ()}  # coefficients that bend the map
-FORCES = {"tool": (0,), "exponential": (0, 1, 3, 4, 5), "geometric": (0, 5, 6), "spring": ()}
+FORMS = {"tool": 0, "exponential": 1, "geometric": 2, "spring": 3, "table": 4}  # PLANT_MAP_... of plant/plant.h
+# Coefficients that bend the map, and those that the force is proportional to, all together.
+SHAPES = {"tool": (1, 2, 3), "exponential": (2,), "geometric": (4, 7), "spring": (), "table": (1,)}
+FORCES = {"tool": (0,), "exponential": (0, 1, 3, 4, 5), "geometric": (0, 5, 6), "spring": (), "table": (0,)}
 BUILDERS: dict[str, Callable[..., Parameters]] = {"maxwell-slip": maxwell_slip, "preisach": preisach, "dahl": dahl}
 WIDEST_DEAD_BAND = 0.9
 BEYOND = 1.25  # times its range is where the simulation of a joint ends
@@ -70,6 +71,7 @@ def pneumatic_joint_parameters(robot: Robot, number: int, seed: int) -> dict[str
         stiffness = joint.spring * muscles[1]["length"]
         law = [joint.spring_preload + stiffness * joint.middle, stiffness]
         muscles[1] |= {"map": FORMS["spring"], "coefficient": law, "shift": 0.0}
+        muscles[1].pop("table", None)
     return {
         "air": {
             "supply": air.supply + air.ambient,
@@ -150,14 +152,15 @@ def map_coefficients(law: ForceMap, length: float, scale: float = 1.0) -> list[f
 def _muscle(
     robot: Robot, muscle: Muscle, force: float, friction: float, shape: Sequence[float], shift: float
 ) -> dict[str, Any]:
-    law, creep = robot.maps[muscle.map], robot.hysteresis.creep
+    creep = robot.hysteresis.creep
     branches = len(muscle.creep_time) if creep > 0 else 0
-    coefficients = map_coefficients(law, muscle.length, force)
-    for index, factor in zip(SHAPES[law.form], shape, strict=False):
+    form, coefficients, table = _static(robot, muscle, force)
+    for index, factor in zip(SHAPES[form], shape, strict=False):
         coefficients[index] *= factor
     return {
-        "map": FORMS[law.form],
+        "map": FORMS[form],
         "coefficient": coefficients,
+        **table,
         "length": muscle.length,
         "volume": list(muscle.volume),
         "dead_volume": muscle.dead_volume,
@@ -172,6 +175,17 @@ def _muscle(
         **{name: getattr(muscle, name) for name in ("tendon", "tendon_time", "warming", "warming_time",
                                                     "warm_stiffness")},
     }  # fmt: skip
+
+
+def _static(robot: Robot, muscle: Muscle, force: float) -> tuple[str, list[float], dict[str, Any]]:
+    """Form and coefficients of a muscle's static map, and its table if a model gives it."""
+    if muscle.model is None:
+        assert muscle.map is not None  # checked with the file
+        law = robot.maps[muscle.map]
+        return law.form, map_coefficients(law, muscle.length, force), {}
+    found = static_map(model_of(muscle), robot.air.supply)
+    grid = [float(each) for axis in (found.pressure, found.contraction) for each in (axis[0], axis[1] - axis[0])]
+    return "table", [force, 1.0, *grid], {"table": found.force}
 
 
 # What as many times as large is, of muscles side by side; the loss that warms each is its share.

@@ -16,7 +16,9 @@ from dehyst.errors import ParameterError
 from dehyst.fields import checked, did_you_mean, dotted, entries, record, shown, word_of
 from dehyst.files import document_of, text_of
 from dehyst.robot.arm.routing import NEEDED, refuse_unusable, told_arms
+from dehyst.robot.arm.static_map import model_of, static_map
 from dehyst.robot.arm.tables import SPRING, Joint, Muscle, Tables, Valve
+from dehyst.robot.muscles import names as model_names
 
 PACKAGED = Path(__file__).with_name("arm.toml")
 REALISTIC = PACKAGED.with_name("realistic.toml")
@@ -392,7 +394,7 @@ def refuse_contradictions(robot: Robot, source: str) -> None:
     if SPRING in robot.muscles:
         raise ParameterError(f"{source}: muscle.{SPRING} is called as a spring in drives is. Give it another name.")
     for name, muscle in robot.muscles.items():
-        _known(muscle.map, list(robot.maps), f"muscle.{name}.map", source)
+        _check_static(robot, name, source)
         counts = {len(muscle.creep_time), len(muscle.creep_force), len(muscle.creep_pressure)}
         if len(counts) > 1:
             raise _refused(
@@ -411,6 +413,29 @@ def refuse_contradictions(robot: Robot, source: str) -> None:
             f"{0.4 * robot.path.cube:.4g} m.",
             "path.rounding_m", robot.path.rounding, source,
         )  # fmt: skip
+
+
+def _check_static(robot: Robot, name: str, source: str) -> None:
+    """A type of muscle has a map or a model, and the model the parameters that it is given."""
+    muscle, where = robot.muscles[name], f"muscle.{name}"
+    if muscle.map is not None:
+        _known(muscle.map, list(robot.maps), f"{where}.map", source)
+    if muscle.model is not None:
+        try:
+            static_map(model_of(muscle), robot.air.supply)
+        except ParameterError as fault:
+            raise _refused(f"cannot be used: {fault}", f"{where}.model", muscle.model, source) from None
+        return
+    if muscle.set is not None or muscle.parameters:
+        key = f"{where}.parameters" if muscle.set is None else f"{where}.set"
+        raise ParameterError(f"{source}: {key} belongs to a model. Write {where}.model, or remove it.", key=key)
+    if muscle.map is None:
+        raise ParameterError(
+            f"{source} lacks {where}.map. Write one of the file's maps, {', '.join(robot.maps)}, or as {where}.model "
+            f"one of the models, {', '.join(model_names())}{LACKS}.",
+            missing=[f"{where}.map"],
+            source=source,
+        )
 
 
 def _check_numbers_of_joints(robot: Robot, source: str) -> None:

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Annotated
+from dataclasses import dataclass, field
+from typing import Annotated, Any
 
 from dehyst.fields import Key
+from dehyst.robot.muscles.registry import names
 
 Numbers = tuple[float, ...]
 Share = Annotated[float, Key("", 0.0, 1.0)]
@@ -48,9 +49,13 @@ class ForceMap:
 
 @dataclass(frozen=True)
 class Muscle:
-    """One type of muscle. ``volume`` in powers of the contraction, lowest first, per length. [m^2]"""
+    """One type of muscle. ``volume`` in powers of the contraction, lowest first, per length. [m^2]
 
-    map: Annotated[str, Key()]
+    ``model``, one of `dehyst.robot.muscles.names`, gives the static force in the place of ``map``: with the values of a
+    published ``set``, the first one if none is named, and of ``parameters``, names and SI units as of the model.
+    """
+
+    map: Annotated[str | None, Key()]
     length: Annotated[float, Key("m", 0.03, 9.0)]
     dead_volume: Annotated[float, Key("l", 0.0, 10.0)]
     volume: Annotated[Numbers, Key("l_per_m", -100.0, 100.0, 4, 4)]
@@ -65,6 +70,9 @@ class Muscle:
     warming: Annotated[float, Key("K_W", 0.0, 1000.0)] = 0.0
     warming_time: Annotated[float, Key("s", 0.0, 1e5)] = 0.0
     warm_stiffness: Annotated[float, Key("1_K", -0.02, 0.02)] = 0.0
+    model: Annotated[str | None, Key(choices=names())] = None
+    set: Annotated[str | None, Key()] = None
+    parameters: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

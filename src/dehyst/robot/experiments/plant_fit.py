@@ -368,10 +368,12 @@ def _free(robot: Robot, number: int, logs: Sequence[RigLog]) -> list[Free]:
     """Numbers that logs of this joint may tell; whether they do is seen from the slopes."""
     joint, name = robot.joint(number), robot.joint(number).driven[0]
     muscle = robot.muscle(name)
-    law = robot.maps[muscle.map]
-    told: list[tuple[str, int | None]] = [(f"map.{muscle.map}.coefficients", i) for i in MAP[law.form]]
-    if law.force_of_length is not None and law.form == "tool":
-        told[0] = (f"map.{muscle.map}.force_of_length", 0)
+    law = None if muscle.model is not None or muscle.map is None else robot.maps[muscle.map]
+    told: list[tuple[str, int | None]] = []
+    if law is not None:  # a model's own parameters are `dehyst muscle`'s to fit
+        told = [(f"map.{muscle.map}.coefficients", i) for i in MAP[law.form]]
+        if law.force_of_length is not None and law.form == "tool":
+            told[0] = (f"map.{muscle.map}.force_of_length", 0)
     told += [(f"muscle.{name}.hysteresis_N", None), ("hysteresis.pressure_share", None), ("hysteresis.asymmetry", None)]
     told += [(f"muscle.{name}.viscous_force_N", None)]
     if muscle.creep_time:
