@@ -192,7 +192,7 @@ def test_a_rig_of_klute_s_muscles_is_calibrated_identified_and_accepted(tmp_path
 @pytest.mark.parametrize("conditions", ["kind", "realistic"])
 @pytest.mark.parametrize(
     ("name", "which"),
-    [("klute", "triceps"), ("maker", "DMSP-20"), ("boblan-martens", "DMSP-20-300"), ("vo-minh", "DMSP-20")],
+    [("klute", "triceps"), ("maker", "DMSP-20"), ("vo-minh", "DMSP-20"), ("sarosi", "DMSP-20-400N")],
 )
 def test_the_experiment_ends_accepted_on_a_rig_of_a_model_s_muscles(name, which, conditions, tmp_path):
     robot = of_one_model(name, which, conditions, {**QUICK, "path.cycles_fast": 1})
