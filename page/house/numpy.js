@@ -48,7 +48,7 @@ export class NDArray {
   tolist() { if (this.ndim === 0) return this.item(); if (this.ndim === 1) { const v = this.values(); return this.type === "b" ? Array.from(v, (x) => x !== 0) : Array.from(v); } return [...this].map((r) => r.tolist()); }
   copy() { return this.fresh(); }
   view() { return this; }
-  tobytes() { return new Uint8Array(Float64Array.from(this.values()).buffer); }
+  tobytes() { return new Uint8Array(new Float64Array(this.values()).buffer); }
   ravel() { return new NDArray(this.values(), [this.size], this.type); }
   flatten() { return this.fresh().ravel(); }
   reshape(...shape) {
@@ -122,6 +122,7 @@ function rows_at(a, index) {
 function gather(a, plan) { const out = store(a.type, plan.places.length); for (let k = 0; k < out.length; k++) out[k] = a.data[plan.places[k]]; return out; }
 function assign(data, plan, from) {
   if (!plan.shape.length) { data[plan.offset] = from.values()[0]; return; }
+  if (plan.shape.length === 1) { for (let k = 0, a = plan.offset, b = from.offset, s = plan.strides[0], t = from.strides[0], v = from.data; k < plan.shape[0]; k++, a += s, b += t) data[a] = v[b]; return; }
   each(plan.shape, [plan.strides, from.strides], [plan.offset, from.offset], (a, b) => { data[a] = from.data[b]; });
 }
 /** Visit the places of arrays of one shape together. */
@@ -234,7 +235,7 @@ function broadcast(a, shape) {
   });
   return new NDArray(a.data, shape, a.type, strides, a.offset);
 }
-export const arrayOf = (values, dtype = "f") => new NDArray(dtype === "U" ? Array.from(values) : dtype === "b" ? Uint8Array.from(values, Number) : values instanceof Float64Array ? values : Float64Array.from(values), [values.length], dtype);
+export const arrayOf = (values, dtype = "f") => new NDArray(dtype === "U" ? Array.from(values) : dtype === "b" ? Uint8Array.from(values, Number) : values instanceof Float64Array ? values : new Float64Array(values), [values.length], dtype);
 const type_of = (v) => (typeof v === "boolean" ? "b" : typeof v === "string" ? "U" : "?");
 const dtype_of = (t) => (t === undefined || t === null ? null : t === $.b.bool || t === np.bool_ || t === "bool" ? "b" : t === $.b.int || t === np.int64 || t === np.int8 || t === np.uint32 || t === np.int32 || t === "int64" ? "i" : t === $.b.str || t === np.str_ || (typeof t === "string" && t.startsWith("U")) ? "U" : typeof t === "object" && t.type ? t.type : "f");
 function cast(a, t) {
@@ -335,8 +336,10 @@ const calc = (name, a, b, out) => {
   else if (rowwise(name, a, b, shape, o)) { /* done */ }
   else {
     const f = F[name], x = broadcast(a, shape), y = broadcast(b, shape);
+    const v = x.data, w = y.data;
     let k = 0;
-    each(shape, [x.strides, y.strides], [x.offset, y.offset], (p, q) => { o[k++] = f(x.data[p], y.data[q]); });
+    if (shape.length === 2) for (let i = 0; i < shape[0]; i++) for (let j = 0, p = x.offset + i * x.strides[0], q = y.offset + i * y.strides[0]; j < shape[1]; j++, p += x.strides[1], q += y.strides[1]) o[k++] = f(v[p], w[q]);
+    else each(shape, [x.strides, y.strides], [x.offset, y.offset], (p, q) => { o[k++] = f(v[p], w[q]); });
   }
   return shaped(o, shape, type);
 };
@@ -389,12 +392,11 @@ function told(args, names) {
 function total(v, from, n, step) {
   if (n < 8) { let s = 0; for (let k = 0, a = from; k < n; k++, a += step) s += v[a]; return s; }
   if (n <= 128) {
-    const r = [0, 0, 0, 0, 0, 0, 0, 0];
-    for (let j = 0; j < 8; j++) r[j] = v[from + j * step];
-    let k = 8;
-    for (; k < n - (n % 8); k += 8) for (let j = 0; j < 8; j++) r[j] += v[from + (k + j) * step];
-    let s = r[0] + r[1] + (r[2] + r[3]) + (r[4] + r[5] + (r[6] + r[7]));
-    for (; k < n; k++) s += v[from + k * step];
+    let a = 0, b = 0, c = 0, d = 0, e = 0, f = 0, g = 0, h = 0, k = 0, p = from;
+    const next = () => { const w = v[p]; p += step; return w; };
+    for (; k < n - (n % 8); k += 8) { a += next(); b += next(); c += next(); d += next(); e += next(); f += next(); g += next(); h += next(); }
+    let s = a + b + (c + d) + (e + f + (g + h));
+    for (; k < n; k++) s += next();
     return s;
   }
   let half = Math.floor(n / 2);
@@ -433,7 +435,7 @@ const extreme = (sign) => (a, ...args) => {
 };
 const mean = (v, p, n, s) => total(v, p, n, s) / n;
 const variance = (ddof) => (v, p, n, s) => { const m = mean(v, p, n, s); const d = new Float64Array(n); for (let k = 0; k < n; k++) d[k] = (v[p + k * s] - m) ** 2; return total(d, 0, n, 1) / (n - ddof); };
-const sorted = (v) => (Array.isArray(v) ? [...v].sort() : Float64Array.from(v).sort());
+const sorted = (v) => (Array.isArray(v) ? [...v].sort() : new Float64Array(v).sort());
 function quantile(v, p, n, s, q) {
   const d = new Float64Array(n);
   for (let k = 0; k < n; k++) { d[k] = v[p + k * s]; if (d[k] !== d[k]) return NaN; }
@@ -449,7 +451,7 @@ function at_quantile(d, q) {
 function quantiles(a, q, o) {
   if (!(q instanceof NDArray) && !Array.isArray(q)) return reduce(a, o, (v, p, n, s) => quantile(v, p, n, s, q));
   const list = array(q).tolist();
-  if (o.axis === undefined || o.axis === null) { const d = Float64Array.from(array(a).values()); d.sort(); if (d.length && d[d.length - 1] !== d[d.length - 1]) return arrayOf(list.map(() => NaN)); return arrayOf(list.map((each) => at_quantile(d, each))); }
+  if (o.axis === undefined || o.axis === null) { const d = new Float64Array(array(a).values()); d.sort(); if (d.length && d[d.length - 1] !== d[d.length - 1]) return arrayOf(list.map(() => NaN)); return arrayOf(list.map((each) => at_quantile(d, each))); }
   return np.stack(list.map((each) => reduce(a, o, (v, p, n, s) => quantile(v, p, n, s, each))));
 }
 
@@ -543,7 +545,7 @@ export const np = {
   nanmedian: (a, ...r) => { const o = told(r, ["axis"]); return reduce(a, o, (v, p, n, s) => { const d = []; for (let k = 0; k < n; k++) if (v[p + k * s] === v[p + k * s]) d.push(v[p + k * s]); if (!d.length) return NaN; d.sort((x, y) => x - y); const h = d.length >> 1; return d.length % 2 ? d[h] : (d[h - 1] + d[h]) / 2; }); },
   quantile: (a, q, ...r) => quantiles(a, q, told(r, ["axis"])), percentile: (a, q, ...r) => quantiles(a, q instanceof NDArray || Array.isArray(q) ? calc("div", array(q), 100) : q / 100, told(r, ["axis"])),
   average: (a, ...r) => { const o = told(r, ["axis", "weights"]); if (o.weights === undefined || o.weights === null) return np.mean(a, new Named({ axis: o.axis })); a = array(a); const w = array(o.weights); const ww = a.ndim > 1 && w.ndim === 1 ? w.reshape(-1, 1) : w; return $.div(np.sum(calc("mul", a, ww), new Named({ axis: o.axis })), np.sum(w)); },
-  cumsum: (a, ...r) => { const o = told(r, ["axis"]); a = array(a); if (a.ndim < 2 || o.axis === undefined) { const v = a.values(), s = new Float64Array(v.length); let t = 0; for (let k = 0; k < v.length; k++) s[k] = t += v[k]; return new NDArray(s, [v.length], a.type === "f" ? "f" : "i"); } const m = new NDArray(Float64Array.from(a.values()), a.shape, "f"); const [n, w] = a.shape; for (let i = 0; i < n; i++) for (let j = 0; j < w; j++) { if (norm_axis(o.axis, 2) === 0) { if (i) m.data[i * w + j] += m.data[(i - 1) * w + j]; } else if (j) m.data[i * w + j] += m.data[i * w + j - 1]; } return m; },
+  cumsum: (a, ...r) => { const o = told(r, ["axis"]); a = array(a); if (a.ndim < 2 || o.axis === undefined) { const v = a.values(), s = new Float64Array(v.length); let t = 0; for (let k = 0; k < v.length; k++) s[k] = t += v[k]; return new NDArray(s, [v.length], a.type === "f" ? "f" : "i"); } const m = new NDArray(new Float64Array(a.values()), a.shape, "f"); const [n, w] = a.shape; for (let i = 0; i < n; i++) for (let j = 0; j < w; j++) { if (norm_axis(o.axis, 2) === 0) { if (i) m.data[i * w + j] += m.data[(i - 1) * w + j]; } else if (j) m.data[i * w + j] += m.data[i * w + j - 1]; } return m; },
   diff: (a, ...r) => { const o = told(r, ["n", "axis"]); a = array(a); for (const [name, at] of [["prepend", 0], ["append", 1]]) if (o[name] !== undefined) { const p = array(o[name]); const q = p.ndim ? p : a.ndim === 2 ? np.full($.tup(a.shape[0], 1), p.item()) : p.reshape(1); a = at ? np.concatenate([a, q], new Named({ axis: a.ndim - 1 })) : np.concatenate([q, a], new Named({ axis: a.ndim - 1 })); } let times = o.n ?? 1; const axis = norm_axis(o.axis ?? -1, a.ndim); const S_ = (x, y) => $.tup(...a.shape.map((_n, k) => (k === axis ? new Slice(x, y, null) : new Slice(null, null, null)))); while (times-- > 0) { const [x, y] = [a.get(S_(1, null)), a.get(S_(null, -1))]; a = a.type === "b" ? calc("ne", x, y) : calc("sub", x, y); } return a; },
   gradient: (y, x) => { const v = array(y).values(), n = v.length, o = new Float64Array(n); const t = x === undefined ? null : array(x).values(); if (t === null) { for (let k = 1; k < n - 1; k++) o[k] = (v[k + 1] - v[k - 1]) / 2; o[0] = v[1] - v[0]; o[n - 1] = v[n - 1] - v[n - 2]; return arrayOf(o); } for (let k = 1; k < n - 1; k++) { const a = t[k] - t[k - 1], b = t[k + 1] - t[k]; o[k] = -b / (a * (a + b)) * v[k - 1] + (b - a) / (a * b) * v[k] + a / (b * (a + b)) * v[k + 1]; } o[0] = (v[1] - v[0]) / (t[1] - t[0]); o[n - 1] = (v[n - 1] - v[n - 2]) / (t[n - 1] - t[n - 2]); return arrayOf(o); },
   interp: (x, xp, fp) => { const t = array(xp).values(), f = array(fp).values(), n = t.length; return unary((v) => { if (v !== v) return NaN; if (v <= t[0]) return f[0]; if (v >= t[n - 1]) return f[n - 1]; const k = upper(t, v) - 1; return (f[k + 1] - f[k]) / (t[k + 1] - t[k]) * (v - t[k]) + f[k]; })(x); },
@@ -568,7 +570,14 @@ export const np = {
     if (a.ndim === 1 && b.ndim === 1) { const x = a.values(), y = b.values(), n = x.length; if (n !== y.length) $.raise("ValueError", "matmul"); let s0 = 0, s1 = 0, s2 = 0, s3 = 0, k = 0; for (; k + 3 < n; k += 4) { s0 += x[k] * y[k]; s1 += x[k + 1] * y[k + 1]; s2 += x[k + 2] * y[k + 2]; s3 += x[k + 3] * y[k + 3]; } for (; k < n; k++) s0 += x[k] * y[k]; return s0 + s1 + (s2 + s3); }
     if (a.ndim === 2 && b.ndim === 1) { const [n, m] = a.shape, x = a.values(), y = b.values(), o = new Float64Array(n); for (let i = 0; i < n; i++) { let s = 0; for (let j = 0, p = i * m; j < m; j++) s += x[p + j] * y[j]; o[i] = s; } return arrayOf(o); }
     if (a.ndim === 1) return np.matmul(b.T, a);
-    const [n, m] = a.shape, w = b.shape[1], x = a.values(), y = b.values(), o = new Float64Array(n * w);
+    const [n, m] = a.shape, w = b.shape[1], y = b.values(), o = new Float64Array(n * w);
+    if (m > n && a.T.dense() && a.type !== "U") { // tall tables row by row; of a table with itself one half
+      const x = a.T.values(), same = x.buffer === y.buffer && x.byteOffset === y.byteOffset && n === w;
+      for (let j = 0; j < m; j++) for (let i = 0, q = 0; i < n; i++, q += w) { const f = x[j * n + i]; for (let k = same ? i : 0, p = j * w; k < w; k++) o[q + k] += f * y[p + k]; }
+      if (same) for (let i = 0; i < n; i++) for (let k = 0; k < i; k++) o[i * w + k] = o[k * w + i];
+      return new NDArray(o, [n, w], "f");
+    }
+    const x = a.values();
     for (let i = 0; i < n; i++) for (let j = 0; j < m; j++) { const f = x[i * m + j]; if (f !== 0) for (let k = 0, p = j * w, q = i * w; k < w; k++) o[q + k] += f * y[p + k]; }
     return new NDArray(o, [n, w], "f");
   },
@@ -600,7 +609,7 @@ function wrapped(name) {
     return arrayOf(o);
   };
   f.reduce = (l, ...r) => { const axis = told(r, ["axis"]).axis ?? 0; if (l instanceof NDArray && l.ndim === 1) { let t = l.get(0); for (let k = 1; k < l.size; k++) t = F[name](t, l.get(k)); return t; } const all = [...$.it(axis === 1 ? l.T : l)]; return all.slice(1).reduce((x, y) => calc(name, x, y), all[0]); };
-  f.accumulate = (a) => { a = array(a); const v = Float64Array.from(a.values()), op = F[name]; for (let k = 1; k < v.length; k++) v[k] = op(v[k - 1], v[k]); return new NDArray(v, [v.length], a.type); };
+  f.accumulate = (a) => { a = array(a); const v = new Float64Array(a.values()), op = F[name]; for (let k = 1; k < v.length; k++) v[k] = op(v[k - 1], v[k]); return new NDArray(v, [v.length], a.type); };
   f.outer = (a, b) => calc(name, array(a).reshape(-1, 1), array(b));
   return f;
 }
@@ -621,7 +630,7 @@ nd.replay = () => {
 
 // ---- linear algebra: Householder and Gauss, rows in order
 nd.qr = (a, mode) => {
-  const [n, m] = a.shape, v = Float64Array.from(a.values()), k = Math.min(n, m), tau = new Float64Array(k);
+  const [n, m] = a.shape, v = new Float64Array(a.values()), k = Math.min(n, m), tau = new Float64Array(k);
   // by columns: each is contiguous
   const c = new Float64Array(n * m);
   for (let i = 0; i < n; i++) for (let j = 0; j < m; j++) c[j * n + i] = v[i * m + j];
@@ -660,29 +669,26 @@ nd.qr = (a, mode) => {
   }
   return $.tup(new NDArray(Q, [k, n], "f").T.fresh(), R);
 };
-const less = (x, to, f, from, n) => { for (const end = to + n; to < end; to++, from++) x[to] -= f * x[from]; };
 nd.solve = (a, b) => {
-  const n = a.shape[0], A = Float64Array.from(a.values()), w = b.ndim === 1 ? 1 : b.shape[1], X = Float64Array.from(b.values());
+  const n = a.shape[0], A = new Float64Array(a.values()), w = b.ndim === 1 ? 1 : b.shape[1], X = new Float64Array(b.T.values()); // a right side a row
   for (let j = 0; j < n; j++) {
     let p = j;
     for (let i = j + 1; i < n; i++) if (Math.abs(A[i * n + j]) > Math.abs(A[p * n + j])) p = i;
     if (A[p * n + j] === 0 || A[p * n + j] !== A[p * n + j]) throw np.linalg.LinAlgError("Singular matrix");
     if (p !== j) {
       for (let k = 0; k < n; k++) [A[j * n + k], A[p * n + k]] = [A[p * n + k], A[j * n + k]];
-      for (let k = 0; k < w; k++) [X[j * w + k], X[p * w + k]] = [X[p * w + k], X[j * w + k]];
+      for (let k = 0; k < w * n; k += n) { const t = X[k + j]; X[k + j] = X[k + p]; X[k + p] = t; }
     }
     for (let i = j + 1; i < n; i++) {
-      const f = A[i * n + j] / A[j * n + j];
-      if (f === 0) continue;
-      for (let k = j + 1; k < n; k++) A[i * n + k] -= f * A[j * n + k];
-      less(X, i * w, f, j * w, w);
+      const f = A[i * n + j] /= A[j * n + j];
+      if (f !== 0) for (let k = j + 1; k < n; k++) A[i * n + k] -= f * A[j * n + k];
     }
   }
-  for (let i = n - 1; i >= 0; i--) {
-    for (let j = i + 1; j < n; j++) less(X, i * w, A[i * n + j], j * w, w);
-    for (let k = i * w, f = A[i * n + i]; k < (i + 1) * w; k++) X[k] /= f;
+  for (let o = 0; o < w * n; o += n) {
+    for (let i = 1; i < n; i++) { let s = X[o + i]; for (let j = 0, q = i * n; j < i; j++) s -= A[q + j] * X[o + j]; X[o + i] = s; }
+    for (let i = n - 1; i >= 0; i--) { let s = X[o + i]; for (let j = i + 1, q = i * n; j < n; j++) s -= A[q + j] * X[o + j]; X[o + i] = s / A[i * n + i]; }
   }
-  return new NDArray(X, b.shape, "f");
+  return b.ndim === 1 ? arrayOf(X) : new NDArray(X, [w, n], "f").T;
 };
 /* Smallest least squares by the orthogonal factors, of full rank or with a trace of a ridge. */
 nd.lstsq = (a, b) => {
