@@ -101,7 +101,7 @@ def serve(listener: socket.socket, token: str, folder: Path, *, log: Path | None
     if log is not None:
         studio.keep(log, log=True)
     guard = Guard(application(studio), port=listener.getsockname()[1], token=token)
-    server = uvicorn.Server(
+    server: Any = uvicorn.Server(
         uvicorn.Config(
             guard,
             log_config=None,
