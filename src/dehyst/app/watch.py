@@ -19,7 +19,7 @@ from dehyst.monitoring.watch import LEAST, Report, Watch
 
 KEEP = 2.0  # seconds from one saving of the state to the next
 SILENCE = 10.0  # seconds without a sample after which it is said what is waited for
-SAID = {  # by an alarm, before what was found
+SAID = {  # where the answer is another one than before, in front of what was found
     "drifted": "the actuator has changed: ",
     "cannot tell": "whether the actuator has changed cannot be told now: ",
     "unchanged": "the actuator is again as it was identified; ",
@@ -111,12 +111,13 @@ def _source(request: WatchRequest, names: Names) -> tuple[Iterator[Batch | None]
 
 
 def _say(report: Report, as_json: bool) -> None:
-    """One line on the standard output, of an alarm a sentence."""
+    """One line on the standard output, a sentence where the answer is another one; an alarm only where there is cause."""
     if as_json:
         line = json.dumps(report.as_dict())
     elif report.alarm:
         found = report.words.partition("; " if report.status == "unchanged" else ": ")[2] or report.words
-        line = f"{report.time:.1f} s  ALARM: {SAID[report.status]}{found}"
+        word = "ALARM" if report.status in ("drifted", "not comparable") else "NOTE"
+        line = f"{report.time:.1f} s  {word}: {SAID[report.status]}{found}"
     else:
         parts = [f"{NAMES[part]} {value:+.3g} {unit}" for part, (value, _, _, unit) in report.changes.items()]
         error = "" if report.error_percent is None else f"error {report.error_percent:.3g} % of range"
