@@ -3,7 +3,7 @@
 Rules, for README.md and every page below docs/:
 
 - A ```python block is run; blocks of one page share their variables. A ```text (or ```output) block right after it
-  shows what it prints. ```python no-run is not run.
+  shows what it prints. ```python no-run is not run, nor is ```console no-run.
 - In a ```console block every line `$ dehyst ...`, `$ head ...`, `$ python examples/...` or `$ make -s -C examples/...`
   is run in a shell, in one temporary folder for each page; the lines below it show what it prints. Other commands
   (`$ pip ...`) are not run.
@@ -105,7 +105,7 @@ def steps(text: str) -> list[Step]:
             )
             shown = (after.text, after.first, after.last) if beside and after else (None, block.last, block.last)
             found.append(Step("python", block.text, *shown, block.first + 1))
-        elif block.language == "console":
+        elif block.info == "console":
             found += _commands(block, lines)
     return found
 
