@@ -111,7 +111,7 @@ def _source(request: WatchRequest, names: Names) -> tuple[Iterator[Batch | None]
 
 
 def _say(report: Report, as_json: bool) -> None:
-    """One line on the standard output, a sentence where the answer is another one; an alarm only where there is cause."""
+    """One line on the standard output; where the answer is another one a sentence, and an alarm if there is cause."""
     if as_json:
         line = json.dumps(report.as_dict())
     elif report.alarm:
