@@ -1,6 +1,6 @@
 /** The tab that takes a log to a model: drop, columns, verdict, figures, the inverse at work, files. */
 
-import { h, save } from "./dom";
+import { h, painted, save } from "./dom";
 import { Answer, Engine, Finding, Refusal, Summary } from "./engine";
 import { Inverse } from "./inverse";
 import { Link, LoopPlot, Shade, short, TimePlot } from "./plots";
@@ -175,12 +175,11 @@ class Identify {
     const run = Object.keys(this.summary!.runs).length > 1 ? value("run") : null;
     this.clear();
     const answer = await this.during("Identifying", (engine) => engine.identify(input, output, run));
-    if (answer) this.show(answer);
+    if (answer) await this.show(answer);
   }
 
-  private show(a: Answer): void {
+  private async show(a: Answer): Promise<void> {
     const { labels } = a;
-    Object.assign(this.results, { answer: a }); // for the console of the browser, and for tests
     const { train, curve } = a.scores;
     const test = a.scores.test ?? train;
     const held = a.scores.test ? "held-out loops" : "fitted loops";
@@ -208,6 +207,10 @@ class Identify {
       h("p", { class: "caption" }, shades.length ? "The shaded part was held out: the model has not seen it. " : "", "Drag over a figure to zoom, double click to see all; the cursor walks along all of them."),
       wide,
     );
+    const verdict = document.getElementById("verdict")!;
+    verdict.focus({ preventScroll: true });
+    await painted(); // the sentence first: figures of a long log take as long again
+    if (!verdict.isConnected) return; // another log came
 
     const loop = new LoopPlot(plots, { title: "The loop", name: "loop", xLabel: labels.input, yLabel: labels.output, link, height: 360,
       described: `Measured loop, ${a.orientation}, ${short(a.width, 2)} percent of range wide, and the model's.` });
@@ -242,7 +245,7 @@ class Identify {
     this.results.append(inverse);
     this.figures.push(new Inverse(inverse, this.core, a));
     this.results.append(this.takeaway(a, bad));
-    document.getElementById("verdict")!.focus({ preventScroll: true });
+    Object.assign(this.results, { answer: a }); // for the console of the browser, and for tests
     const { element } = this.figures[4] as TimePlot;
     void this.engine.then((engine) => engine.more()).then((more) => {
       Object.assign(a, more);
