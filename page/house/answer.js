@@ -7,11 +7,21 @@ import "./templates.js";
 import { forget, plain, provide, sha256, use } from "./native.js";
 import { $ } from "./runtime.js";
 
-let table = null;
+let table = null, pair = null;
 
 export function begin(core) {
   use(core);
   provide();
+  // The pair that was read to look at a log is the one that is identified next.
+  const select = room("io.select"), read_pair = select.read_pair;
+  select.read_pair = (table, about, time, run, window) => {
+    const key = [table, ...about.columns, time ?? null, run ?? null, ...window];
+    if (!pair || key.some((part, k) => part !== pair.key[k])) {
+      const before = about.findings.length;
+      pair = { key, made: read_pair(table, about, time, run, window), found: about.findings.slice(before) };
+    } else about.findings.push(...pair.found);
+    return pair.made;
+  };
   room("export.rendering").render = $.def((template, values) => rendered(template, Object.fromEntries(values.pairs())), { p: ["template"], ks: true });
 }
 let model = null; // the last one identified, and its fit
@@ -21,7 +31,7 @@ const called = (f, args, named) => $.k(f, args, named);
 
 /** Read a text log, `packed` as it was on disk; what the columns are, and which look like input and output. */
 export function read(data, packed, name) {
-  table = null;
+  table = pair = null;
   if (!data.length) throw called(room("errors").LogError, [`'${name}' is empty. Check that the logger was started.`], { file: name });
   const made = room("io.delimited").read_delimited(data, name);
   forget();
@@ -32,7 +42,7 @@ export function inspect(run) {
   return plain(room("io.inspect").inspect_log(table, run));
 }
 const given = (options) => Object.fromEntries(Object.entries(options).filter(([, v]) => v !== null && v !== undefined && v !== ""));
-const values = (a) => (a === null || a === undefined ? null : Float64Array.from(a.values()));
+const values = (a) => (a === null || a === undefined ? null : new Float64Array(a.values()));
 
 /** Identify: the fit as `dehyst identify --json` prints it, its sentences, its signals, its model. */
 export function identify(input, output, run, reading = {}, fitting = {}) {
@@ -40,7 +50,7 @@ export function identify(input, output, run, reading = {}, fitting = {}) {
   const fit = room("identification.tracking").with_table(called(room("identification.plays").identify, [record, "pi"], given(fitting)));
   [model, last] = [fit.model, fit];
   const curve = fit.static;
-  const [train, test] = [fit.train_masks[0], fit.test_masks[0]].map((mask) => Uint8Array.from(mask.values()));
+  const [train, test] = [fit.train_masks[0], fit.test_masks[0]].map((mask) => new Uint8Array(mask.values()));
   const start = model._state ?? model.state;
   return {
     scores: { train: plain(fit.train), test: plain(fit.test), curve: plain(fit.static_test ?? fit.static_train) },

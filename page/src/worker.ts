@@ -60,7 +60,9 @@ onmessage = async ({ data }: MessageEvent) => {
   try {
     await Promise.all(ready);
     const answer = await ANSWERS[data.kind](data);
-    postMessage({ id: data.id, answer: data.kind === "open" ? null : answer });
+    // Signals are given away, not copied.
+    const transfer = data.kind === "identify" ? Object.values(answer as object).filter((value) => value instanceof Float64Array || value instanceof Uint8Array).map(({ buffer }) => buffer) : [];
+    postMessage({ id: data.id, answer: data.kind === "open" ? null : answer }, { transfer });
   } catch (fault) {
     postMessage({ id: data.id, fault: told(fault) });
   }
