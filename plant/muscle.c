@@ -1,6 +1,4 @@
 /* Static force and volume of a pneumatic muscle. */
-#include <stddef.h>
-
 #include "parts.h"
 
 /* The cell of `n` points that x, in steps from the first one, lies in; the first or last one where it is outside. */
@@ -22,7 +20,7 @@ static double looked_up(const plant_muscle *muscle, double p, double kappa)
     const double *a = muscle->coefficient;
     const double x = (p - a[2]) / a[3], y = (a[1] * kappa - a[4]) / a[5];
     const int32_t row = cell(x, muscle->rows), column = cell(y, muscle->columns);
-    const double *low = muscle->table + (ptrdiff_t)row * muscle->columns + column;
+    const double *low = muscle->table + (int64_t)row * muscle->columns + column;
     const double below = along(low, y - column), above = along(low + muscle->columns, y - column);
     return a[0] * (below + (x - row) * (above - below));
 }

@@ -23,6 +23,7 @@ QUICK = ("--family", "pi", "--n", "10")
 COMMANDS = {
     "example": ("example",),
     "doctor": ("doctor",),
+    "page": ("page", "page.html"),
     "inspect": ("inspect", "log.csv"),
     "identify": ("identify", "log.csv", *PAIR, *QUICK),
     "compare": ("compare", "log.csv", *PAIR, "--families", "pi"),

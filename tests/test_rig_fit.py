@@ -155,7 +155,7 @@ def test_measured_map_is_88_newton_off_and_comes_much_nearer_on_pressures_not_fi
 @pytest.mark.skipif(not WRIST.is_file(), reason="pam_wrist_joint is not beside the project")
 def test_one_loop_of_a_real_wrist_tells_no_number_alone(tmp_path, capsys):
     robot = tmp_path / "wrist.toml"
-    robot.write_text('extends = "default"\n', encoding="utf-8")
+    robot.write_text('extends = "kind"\n', encoding="utf-8")
     columns = ("pressure=pressure_mpa", "pressure_2=0.2MPa")
     run_rig(RigRequest("fit", robot, (WRIST,), joint=6, column=columns, json=True))
     found = json.loads(capsys.readouterr().out)

@@ -77,6 +77,11 @@ class Training:
         return sum(stretch.x.size for stretch in self.stretches)
 
     @property
+    def clockwise(self) -> bool:
+        """Whether the output leads the input: its loops run clockwise, as those of a force over a displacement."""
+        return self.orientation == "clockwise"
+
+    @property
     def timed(self) -> bool:
         """Whether every sample has a time stamp."""
         return all(stretch.dt is not None for stretch in self.stretches)
