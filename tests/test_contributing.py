@@ -345,7 +345,7 @@ def test_the_tests_of_the_sensor_shown_pass(sensing):
 
 def readings_without():
     """What the sensors show in the run of the shown test, in the plant as it is."""
-    bench, rows = JointBench(load_robot(conditions="kind"), 2, seed=3), []
+    bench, rows = JointBench(load_robot(), 2, seed=3), []
     for _ in range(200):
         rows.append(bench.sense())
         bench.step(0.3, -0.3)
