@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
 from functools import reduce
@@ -242,6 +243,18 @@ def test_the_errors_at_higher_gains_are_those_of_the_page_that_explains_them():
         for joint, pole, *cells in rows:
             named = f"**{pole}**, highest" if "." in pole else pole
             assert f"| {conditions} | {joint} | {named} | {' | '.join(cells)} |" in page
+
+
+def test_the_errors_at_higher_gains_in_the_readme_are_those_figures_rounded():
+    readme = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (joint 1 [^|]*)?\| (6|[\d.]+, the highest) \|(.+)\|$", readme, re.MULTILINE)
+    measured = [row for row in MEASURED["realistic"] if row[0].split(" ")[0] == "1"]
+    assert len(rows) == len(measured) == 4
+    for (_, pole, cells), (_, expected, *values) in zip(rows, measured, strict=True):
+        assert float(pole.partition(",")[0]) == float(expected)
+        for shown, exact in zip(cells.split("|"), values, strict=True):
+            for one, other in zip(shown.split("→"), exact.split("→"), strict=True):
+                assert abs(float(one) - float(other)) <= (0.051 if "." in one else 0.51)
 
 
 def test_gains_are_named_only_for_the_plant_they_were_measured_on(result):
