@@ -82,8 +82,9 @@ def static_map(model: MuscleModel, highest: float) -> StaticMap:
 
     Examples
     --------
+    >>> import math
     >>> table = static_map(muscle("klute"), 7e5)
-    >>> bool(table.force[-1, 0] == muscle("klute").static_force(table.contraction[0], 7e5))
+    >>> math.isclose(table.force[-1, 0], muscle("klute").static_force(table.contraction[0], 7e5))
     True
     """
     low, high = (pick(own, end) for pick, own, end in zip((max, min), model.limits, CONTRACTIONS, strict=True))

@@ -369,7 +369,7 @@ def calibrate(
     >>> short = {"mean_pressures_bar": [2.2, 3.8], "loads_bar": [-0.8, 0.8], "sweep_s": 8.0, "degree": 3}
     >>> found = calibrate(load_robot(changes={"calibration": short}), 1)
     >>> round(1e5 * found.b[0])  # B(0): torque of a bar of pressure difference [Nm/bar]
-    34
+    29
     """
     plan = nominal_characteristic(robot, number)
     arm = Arm(

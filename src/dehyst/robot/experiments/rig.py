@@ -92,7 +92,7 @@ def check_rig(robot: Robot) -> dict[int, JointCheck]:
     >>> from dehyst.robot.arm import load_robot
     >>> found = check_rig(load_robot())[1]
     >>> round(found.stiffness), round(found.pulls[2, 20]), round(found.frequency, 1)
-    (190, 66, 1.4)
+    (175, 58, 1.3)
     """
     model, plain = arm_model(robot), robot.with_changes(PLAIN)
     reach = np.array([joint.range for joint in robot.joints.values()])
