@@ -18,7 +18,7 @@ import pytest
 
 import dehyst
 from dehyst.errors import ModelFileError, ParameterError
-from dehyst.io.live import Names, follow, mqtt, opcua
+from dehyst.io.live import Names, Skipped, follow, mqtt, opcua
 from dehyst.monitoring.watch import MOST, Watch
 
 MODEL = dehyst.PrandtlIshlinskii([0.0, 0.3, 0.6], [1.0, 0.5, 0.4])
@@ -97,7 +97,7 @@ def taken(source, count, patience=20.0):
     """The first rows of a source, and the source."""
     rows, until = [], time.monotonic() + patience
     for batch in source:
-        if batch is not None:
+        if isinstance(batch, tuple):
             rows += list(zip(*batch, strict=True))
         if len({row[0] for row in rows}) >= count or time.monotonic() > until:
             return rows
@@ -120,7 +120,10 @@ def test_a_log_that_grows_is_followed_over_torn_lines_and_a_new_file(tmp_path):
     assert taken(source, 2) == [(0.9, 9.5, 18.0), (1.0, 10.5, 20.0)]
     log.unlink()
     log.write_text("angle,p\n1,2\n3,4\n5,6\n")
-    assert taken(source, 3) == [(11.0, 2.0, 1.0), (12.0, 4.0, 3.0), (13.0, 6.0, 5.0)]
+    assert taken(source, 3) == [(12.0, 2.0, 1.0), (13.0, 4.0, 3.0), (14.0, 6.0, 5.0)]
+    with log.open("a") as stream:
+        stream.write("7,#ERR\n8,\n")
+    assert next(source) == Skipped(2, "8,")
 
 
 def port():
@@ -214,14 +217,23 @@ def test_nothing_is_lost_when_the_broker_or_this_side_goes_away(broker, tmp_path
     sender.loop_stop()
 
 
-def test_what_is_no_message_is_passed_over_and_lists_are_samples():
+def test_what_is_no_message_is_handed_on_as_skipped_and_lists_are_samples():
     from dehyst.io.live import _rows_of
 
     names = Names("p", "a")
-    assert _rows_of(b"\xff{", names, 5.0) == _rows_of(b'{"p": 1}', names, 5.0) == _rows_of(b'"x"', names, 5.0) == []
-    assert _rows_of(b'{"p": true, "a": 1}', names, 5.0) == []
-    assert _rows_of(b'{"p": 1, "a": 2}', names, 5.0) == [(5.0, 1.0, 2.0)]
-    assert _rows_of(b'[{"time": [0, 1], "p": [1, 2], "a": [3, null]}]', names, 5.0) == [(0.0, 1.0, 3.0)]
+    assert _rows_of(b"\xff{", names, 5.0) == ([], ["\ufffd{"])
+    for none in ('{"p": 1}', '"x"', '{"p": true, "a": 1}', '{"p": [1, 2], "a": [1, 2, 3]}'):
+        assert _rows_of(none.encode(), names, 5.0) == ([], [none])
+    assert _rows_of(b'{"p": 1, "a": 2}', names, 5.0) == ([(5.0, 1.0, 2.0)], [])
+    half = '{"time": [0, 1], "p": [1, 2], "a": [3, null]}'
+    assert _rows_of(f"[{half}]".encode(), names, 5.0) == ([(0.0, 1.0, 3.0)], [half])
+
+
+def test_the_command_says_how_many_lines_hold_no_numbers(tmp_path):
+    (tmp_path / "log.csv").write_text("time_s,input,output\n0,0,0\n1,1,1\n2,2,2\n3,ERR,1\n4,,2\n5,1,1\n")
+    said = command(tmp_path, "--follow", "log.csv", "--until-silent", "0.1").stderr
+    assert "2 samples lack a number, the last is '4,,2'; they are left out, like a gap" in said
+    assert "Expected are lines with the columns 'input' and 'output' in log.csv." in said
 
 
 def test_a_url_without_a_topic_is_refused_with_one_that_has():

@@ -12,7 +12,7 @@ from dehyst.app.ending import Status, concluding
 from dehyst.app.requests import WatchRequest
 from dehyst.app.terminal import tell
 from dehyst.errors import ParameterError
-from dehyst.io.live import Batch, Names, follow, mqtt, opcua
+from dehyst.io.live import Arrival, Names, Skipped, follow, mqtt, opcua
 from dehyst.models import load
 from dehyst.monitoring.parts import NAMES
 from dehyst.monitoring.watch import LEAST, Report, Watch
@@ -46,10 +46,19 @@ def run_watch(request: WatchRequest) -> None:
     tell(_beginning(request, watch, source))
     signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
     status, kept, heard, asked = Status.DONE, time.monotonic(), time.monotonic(), False
+    skipped, told = 0, -SILENCE
     try:
         for batch in samples:
             now = time.monotonic()
-            if batch is not None:
+            if isinstance(batch, Skipped):
+                skipped += batch.count
+                if now - told > SILENCE:
+                    tell(
+                        f"{skipped} samples lack a number, the last is {batch.last!r:.80}; they are left out, like a "
+                        f"gap in the log. Expected are {expected}."
+                    )
+                    skipped, told = 0, now
+            elif batch is not None:
                 heard, asked = now, False
                 for report in watch.feed(*batch):
                     _say(report, request.json)
@@ -98,7 +107,7 @@ def _beginning(request: WatchRequest, watch: Watch, source: str) -> str:
     )
 
 
-def _source(request: WatchRequest, names: Names) -> tuple[Iterator[Batch | None], Callable[[str], None]]:
+def _source(request: WatchRequest, names: Names) -> tuple[Iterator[Arrival], Callable[[str], None]]:
     def nobody(_: str) -> None:
         """Alarms of a file or a server stand on the standard output alone."""
 

@@ -1,13 +1,15 @@
 """Samples as they come: lines that are added to a text log, messages of an MQTT broker, values of an OPC UA server.
 
-Each source is a generator of arrays (time, input, output), and of None now and then while nothing comes, so that its
-reader can do other work. A source outlives the other side: it waits and connects again.
+Each source is a generator of arrays (time, input, output), of `Skipped` where a number is missing, and of None now and
+then while nothing comes, so that its reader can do other work. A source outlives the other side: it waits and connects
+again.
 """
 
 from __future__ import annotations
 
 import asyncio
 import json
+import math
 import os
 import queue
 import threading
@@ -37,6 +39,17 @@ PASSWORD = "DEHYST_PASSWORD"  # variable of the environment: a command line can 
 
 
 @dataclass(frozen=True)
+class Skipped:
+    """Lines, messages or values that hold no numbers, and the last of them."""
+
+    count: int
+    last: str
+
+
+Arrival = Batch | Skipped | None
+
+
+@dataclass(frozen=True)
 class Names:
     """What the signals are called at the source; `time` is None where the source tells or arrival counts."""
 
@@ -50,7 +63,15 @@ def _batch(rows: Sequence[tuple[float, float, float]]) -> Batch:
     return table[:, 0], table[:, 1], table[:, 2]
 
 
-def follow(path: Path, names: Names) -> Iterator[Batch | None]:
+def _arrivals(rows: Sequence[tuple[float, float, float]], skipped: Sequence[str]) -> Iterator[Arrival]:
+    """What is yielded of a piece."""
+    if skipped:
+        yield Skipped(len(skipped), skipped[-1])
+    if rows:
+        yield _batch(rows)
+
+
+def follow(path: Path, names: Names) -> Iterator[Arrival]:
     """Lines of a text log, those that are there and those that are added; a file that begins anew is read anew."""
     while not path.exists() or path.stat().st_size == 0:
         yield None
@@ -79,9 +100,18 @@ def follow(path: Path, names: Names) -> Iterator[Batch | None]:
         else:
             lines = rest.split(b"\n")
         rest = lines.pop()  # until its end comes
-        rows = [row for line in lines if (row := places.row(line, count)) is not None and (count := count + 1)]
-        if rows:
-            yield _batch(rows)
+        rows, skipped = [], []
+        for line in lines:
+            text = line.decode("utf-8", "replace").rstrip("\r")
+            if not text.strip() or is_comment(text):
+                continue
+            row = places.row(text, count)
+            if row is None:
+                skipped.append(text)
+            else:
+                rows.append(row)
+            count += 1
+        yield from _arrivals(rows, skipped)
 
 
 @dataclass(frozen=True)
@@ -93,14 +123,12 @@ class _Places:
     columns: tuple[int, int, int]  # time (-1: the number of the line), input, output
     first: int  # line of data
 
-    def row(self, line: bytes, count: int) -> tuple[float, float, float] | None:
-        """Return the numbers of a line, None of one that holds none."""
-        text = line.decode("utf-8", "replace").rstrip("\r")
-        if is_comment(text):
-            return None
+    def row(self, text: str, count: int) -> tuple[float, float, float] | None:
+        """Return the numbers of a line, None of one that lacks one of them."""
         cells = split_line(text, self.delimiter)
         values = [float(count) if k < 0 else self.number(cells[k]) if k < len(cells) else None for k in self.columns]
-        return None if None in values else (values[0], values[1], values[2])  # type: ignore[return-value]
+        time, x, y = (math.nan if value is None else value for value in values)
+        return (time, x, y) if math.isfinite(time + x + y) else None
 
 
 def _places(head: bytes, name: str, names: Names) -> _Places:
@@ -117,7 +145,7 @@ def _places(head: bytes, name: str, names: Names) -> _Places:
 
 def mqtt(
     url: str, names: Names, *, ca: Path | None = None, client: str = "dehyst"
-) -> tuple[Iterator[Batch | None], Callable[[str], None]]:
+) -> tuple[Iterator[Arrival], Callable[[str], None]]:
     """Messages of a topic, and what publishes to TOPIC/alarm.
 
     A message is a JSON object with the signals' names, each a number or a list of them, or a list of such objects;
@@ -160,7 +188,7 @@ def mqtt(
     link.connect_async(parts.hostname, parts.port or (8883 if parts.scheme == "mqtts" else 1883))
     link.loop_start()
 
-    def samples() -> Iterator[Batch | None]:
+    def samples() -> Iterator[Arrival]:
         last = -np.inf
         try:
             while True:
@@ -169,11 +197,10 @@ def mqtt(
                 except queue.Empty:
                     yield None
                     continue
-                rows = _rows_of(payload, names, arrived)
+                rows, skipped = _rows_of(payload, names, arrived)
                 rows = [row for row in rows if row[0] > last] if again else rows  # QoS 1 may deliver twice
-                if rows:
-                    last = rows[-1][0]
-                    yield _batch(rows)
+                last = rows[-1][0] if rows else last
+                yield from _arrivals(rows, skipped)
         finally:
             link.disconnect()
             link.loop_stop()
@@ -184,29 +211,32 @@ def mqtt(
     return samples(), publish
 
 
-def _rows_of(payload: bytes, names: Names, arrived: float) -> list[tuple[float, float, float]]:
-    """Samples of a message; [] of one that is none, whoever sent it."""
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _rows_of(payload: bytes, names: Names, arrived: float) -> tuple[list[tuple[float, float, float]], list[str]]:
+    """Samples of a message, whoever sent it, and what of it holds none."""
     try:
         told = json.loads(payload)
     except ValueError:
-        return []
+        return [], [payload.decode("utf-8", "replace")]
     rows: list[tuple[float, float, float]] = []
+    skipped = []
     for one in told if isinstance(told, list) else [told]:
-        if not isinstance(one, dict):
-            continue
-        columns = [one.get(name) for name in (names.input, names.output)]
-        stamps = one.get(names.time or "time", arrived)
-        lists = [value if isinstance(value, list) else [value] for value in (stamps, *columns)]
-        if len(lists[1]) == len(lists[2]) and len(lists[0]) == len(lists[1]):
-            rows += [
-                (float(t), float(x), float(y))
-                for t, x, y in zip(*lists, strict=True)
-                if all(isinstance(v, int | float) and not isinstance(v, bool) for v in (t, x, y))
-            ]
-    return rows
+        keys = one if isinstance(one, dict) else {}
+        values = (keys.get(names.time or "time", arrived), keys.get(names.input), keys.get(names.output))
+        lists = [value if isinstance(value, list) else [value] for value in values]
+        # Lists of other lengths do not tell which time belongs to which sample.
+        samples = list(zip(*lists, strict=True)) if len({*map(len, lists)}) == 1 else [(None,)]
+        whole = [row for row in samples if all(map(_is_number, row))]
+        rows += [(float(t), float(x), float(y)) for t, x, y in whole]
+        if len(whole) < len(samples):
+            skipped.append(json.dumps(one))
+    return rows, skipped
 
 
-def opcua(endpoint: str, names: Names, *, period: float = 0.01, security: str = "") -> Iterator[Batch | None]:
+def opcua(endpoint: str, names: Names, *, period: float = 0.01, security: str = "") -> Iterator[Arrival]:
     """Changes of two nodes by subscription, at the server's own time stamps; the input is held between its changes.
 
     Parameters
