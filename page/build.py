@@ -89,8 +89,8 @@ def page() -> str:
     with tempfile.TemporaryDirectory() as folder:
         code = wasm(Path(folder) / "page.wasm")
         house()
-        program = bundle("main.ts", Path(folder) / "page.js")
-        worker = bundle("worker.ts", Path(folder) / "worker.js")
+        scripts = ("start", "main", "worker")
+        start, program, worker = (bundle(f"{name}.ts", Path(folder) / f"{name}.js") for name in scripts)
     style = (HERE / "node_modules" / "uplot" / "dist" / "uPlot.min.css").read_text(encoding="utf-8").strip() + "\n"
     style += "".join((HERE / "src" / f"{name}.css").read_text(encoding="utf-8") for name in ("page", "identify"))
     parts = {
@@ -103,12 +103,14 @@ def page() -> str:
     text = (HERE / "src" / "page.html").read_text(encoding="utf-8")
     fields = {
         "version": __version__,
+        "begun": _hash(start),
         "allowed": _hash(program),
         "styled": _hash(style),
         "style": style,
         "wasm": _packed(code),
         "worker": _packed(worker.encode()),
-        "script": program,
+        "program": _packed(program.encode()),
+        "start": start,
     }
     for name, value in fields.items():
         text = text.replace("{{ " + name + " }}", value)

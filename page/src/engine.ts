@@ -1,6 +1,6 @@
 /** The worker that reads and identifies, and what it answers. */
 
-import { unpacked } from "./wasm";
+import { unpacked } from "./packed";
 
 export interface Column {
   name: string;
