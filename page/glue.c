@@ -239,54 +239,94 @@ PAGE(page_text_read) void page_text_read(const char *text, uint32_t size, int32_
     answer[5] = stop.odd;
 }
 
-/* ---- Triangular factor of rows (n, m), added to the one in r (m, m): Householder on [R; rows], a cacheful at a time. */
-enum { TRIANGLE_ROWS = 256 };
+/* ---- Triangular factor of rows (n, m), added to the one in r (m, m): Householder on [R; rows], a cacheful at a time.
+ * Four reflections are applied to the columns behind them in one pass. */
+enum { TRIANGLE_ROWS = 256, AT_ONCE = 4 };
 typedef double two __attribute__((vector_size(16)));
 
-static double dot(const double *a, const double *b)
+static double sum_of(two s) { return s[0] + s[1]; }
+
+/* Products of four columns, one behind the other, with w. */
+static void dots(const double *v, const double *w, double *d)
 {
-    two s = {0.0, 0.0}, t = {0.0, 0.0};
-    for (int32_t i = 0; i < TRIANGLE_ROWS; i += 4) {
-        s += *(const two *)(const void *)(a + i) * *(const two *)(const void *)(b + i);
-        t += *(const two *)(const void *)(a + i + 2) * *(const two *)(const void *)(b + i + 2);
+    const two *a = (const two *)(const void *)v, *b = (const two *)(const void *)w;
+    enum { N = TRIANGLE_ROWS / 2 };
+    two s = {0.0, 0.0}, t = s, u = s, q = s;
+    for (int32_t i = 0; i < N; i++) {
+        s += a[i] * b[i];
+        t += a[i + N] * b[i];
+        u += a[i + 2 * N] * b[i];
+        q += a[i + 3 * N] * b[i];
     }
-    s += t;
-    return s[0] + s[1];
+    d[0] = sum_of(s);
+    d[1] = sum_of(t);
+    d[2] = sum_of(u);
+    d[3] = sum_of(q);
+}
+
+static void take(const double *v, const double *t, double *w)
+{
+    const two *a = (const two *)(const void *)v;
+    two *b = (two *)(void *)w;
+    enum { N = TRIANGLE_ROWS / 2 };
+    const two t0 = {t[0], t[0]}, t1 = {t[1], t[1]}, t2 = {t[2], t[2]}, t3 = {t[3], t[3]};
+    for (int32_t i = 0; i < N; i++) {
+        b[i] -= (t0 * a[i] + t1 * a[i + N]) + (t2 * a[i + 2 * N] + t3 * a[i + 3 * N]);
+    }
 }
 
 PAGE(page_triangle) int32_t page_triangle(int32_t n, int32_t m, const double *rows, double *r)
 {
-    double *c = aligned_alloc(16, (size_t)m * TRIANGLE_ROWS * sizeof *c); /* by columns, padded with zeros */
+    const int32_t wide = m + AT_ONCE; /* by columns, padded with zeros */
+    double *c = aligned_alloc(16, (size_t)wide * TRIANGLE_ROWS * sizeof *c);
     if (c == NULL) {
         return -1;
     }
     for (int32_t from = 0; from < n; from += TRIANGLE_ROWS) {
         const int32_t count = n - from < TRIANGLE_ROWS ? n - from : TRIANGLE_ROWS;
+        memset(c, 0, (size_t)wide * TRIANGLE_ROWS * sizeof *c);
         for (int32_t j = 0; j < m; j++) {
-            for (int32_t i = 0; i < TRIANGLE_ROWS; i++) {
-                c[(size_t)j * TRIANGLE_ROWS + (size_t)i] = i < count ? rows[(size_t)(from + i) * (size_t)m + (size_t)j] : 0.0;
+            for (int32_t i = 0; i < count; i++) {
+                c[(size_t)j * TRIANGLE_ROWS + (size_t)i] = rows[(size_t)(from + i) * (size_t)m + (size_t)j];
             }
         }
-        for (int32_t j = 0; j < m; j++) {
-            double *v = c + (size_t)j * TRIANGLE_ROWS, *top = r + (size_t)j * (size_t)m;
-            const double square = dot(v, v), alpha = top[j];
-            if (square == 0.0) {
-                continue;
-            }
-            const double length = sqrt(alpha * alpha + square), beta = alpha >= 0.0 ? -length : length;
-            const double tau = (beta - alpha) / beta, scale = 1.0 / (alpha - beta);
-            for (int32_t i = 0; i < TRIANGLE_ROWS; i++) {
-                v[i] *= scale;
-            }
-            top[j] = beta;
-            for (int32_t q = j + 1; q < m; q++) {
+        for (int32_t first = 0; first < m; first += AT_ONCE) {
+            double *v = c + (size_t)first * TRIANGLE_ROWS, *top = r + (size_t)first * (size_t)m;
+            double tau[AT_ONCE] = {0.0}, cross[AT_ONCE][AT_ONCE], d[AT_ONCE], t[AT_ONCE];
+            const int32_t last = m - first < AT_ONCE ? m - first : AT_ONCE;
+            for (int32_t q = first; q < m; q++) {
+                const int32_t mine = q - first; /* below four: a column of these reflections themselves */
                 double *w = c + (size_t)q * TRIANGLE_ROWS;
-                const double t = tau * (top[q] + dot(v, w));
-                top[q] -= t;
-                const two both = {t, t};
-                for (int32_t i = 0; i < TRIANGLE_ROWS; i += 2) {
-                    *(two *)(void *)(w + i) -= both * *(const two *)(const void *)(v + i);
+                dots(v, w, d);
+                memset(t, 0, sizeof t);
+                for (int32_t k = 0; k < last && k < mine; k++) {
+                    double *at = top + (size_t)k * (size_t)m + q, sum = *at + d[k];
+                    for (int32_t l = 0; l < k; l++) {
+                        sum -= t[l] * cross[k][l];
+                    }
+                    t[k] = tau[k] * sum;
+                    *at -= t[k];
                 }
+                take(v, t, w);
+                if (mine >= last) {
+                    continue;
+                }
+                dots(v, w, cross[mine]);
+                double *diagonal = top + (size_t)mine * (size_t)m + q;
+                const double alpha = *diagonal, square = cross[mine][mine];
+                if (square == 0.0) {
+                    continue;
+                }
+                const double length = sqrt(alpha * alpha + square), beta = alpha >= 0.0 ? -length : length;
+                const double scale = 1.0 / (alpha - beta);
+                tau[mine] = (beta - alpha) / beta;
+                for (int32_t i = 0; i < TRIANGLE_ROWS; i++) {
+                    w[i] *= scale;
+                }
+                for (int32_t l = 0; l < mine; l++) {
+                    cross[mine][l] *= scale;
+                }
+                *diagonal = beta;
             }
         }
     }

@@ -30,12 +30,12 @@ const room = (path) => $.imp(`dehyst.${path}`);
 const called = (f, args, named) => $.k(f, args, named);
 
 /** Read a text log, `packed` as it was on disk; what the columns are, and which look like input and output. */
-export function read(data, packed, name) {
+export async function read(data, packed, name, digest) {
   table = pair = null;
   if (!data.length) throw called(room("errors").LogError, [`'${name}' is empty. Check that the logger was started.`], { file: name });
   const made = room("io.delimited").read_delimited(data, name);
   forget();
-  table = called($.imp("dataclasses").replace, [made], { sha256: sha256(packed) });
+  table = called($.imp("dataclasses").replace, [made], { sha256: digest ? $.cm(new Uint8Array(await digest), "hex", []) : sha256(packed) });
   return inspect(null);
 }
 export function inspect(run) {

@@ -242,10 +242,12 @@ function cast(a, t) {
   const d = dtype_of(t);
   if (d === a.type) return a.fresh();
   const v = a.values();
-  if (d === "b") return new NDArray(Uint8Array.from(v, (x) => (x ? 1 : 0)), a.shape, "b");
-  if (d === "U") return new NDArray(Array.from(v, (x) => $.b.str(x)), a.shape, "U");
-  if (d === "i") return new NDArray(Float64Array.from(v, Math.trunc), a.shape, "i");
-  return new NDArray(Float64Array.from(v, Number), a.shape, "f");
+  const o = store(d, v.length);
+  if (d === "U") for (let k = 0; k < o.length; k++) o[k] = $.b.str(v[k]);
+  else if (d === "b") for (let k = 0; k < o.length; k++) o[k] = v[k] ? 1 : 0;
+  else if (d === "i") for (let k = 0; k < o.length; k++) o[k] = Math.trunc(v[k]);
+  else o.set(v);
+  return new NDArray(o, a.shape, d);
 }
 /** Anything as an array; numbers that are all whole within lists count as integers only where that is asked for. */
 export function array(v, t) {
@@ -293,6 +295,8 @@ own("div", { aa: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] /
 own("lt", { as: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] < y ? 1 : 0; } });
 own("le", { aa: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] <= y[k] ? 1 : 0; }, as: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] <= y ? 1 : 0; } });
 own("gt", { as: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] > y ? 1 : 0; } });
+own("eq", { as: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] === y ? 1 : 0; } });
+own("band", { aa: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] & y[k]; } });
 own("ge", { as: (x, y, o) => { for (let k = 0; k < o.length; k++) o[k] = x[k] >= y ? 1 : 0; } });
 own("pow", { as: (x, y, o) => { if (y === 2) for (let k = 0; k < o.length; k++) o[k] = x[k] * x[k]; else for (let k = 0; k < o.length; k++) o[k] = F.pow(x[k], y); } });
 own("mul", { sa: (x, y, o) => LOOPS.mul.as(y, x, o) });
@@ -377,7 +381,7 @@ nd.ops = {
     else a.put($.tup(...all), made);
     return a;
   },
-  unary: (name, a) => (name === "neg" ? keep(a, (v) => -v) : name === "abs" ? np.abs(a) : a.type === "b" ? new NDArray(Uint8Array.from(a.values(), (v) => (v ? 0 : 1)), a.shape, "b") : keep(a, (v) => ~v)),
+  unary: (name, a) => (name === "neg" ? keep(a, (v) => -v) : name === "abs" ? np.abs(a) : a.type === "b" ? calc("eq", a, 0) : keep(a, (v) => ~v)),
 };
 const keep = (a, f) => { const v = a.values(), o = store(a.type === "b" ? "i" : a.type, v.length); for (let k = 0; k < v.length; k++) o[k] = f(v[k]); return shaped(o, a.shape, a.type === "b" ? "i" : a.type); };
 
@@ -393,10 +397,12 @@ function total(v, from, n, step) {
   if (n < 8) { let s = 0; for (let k = 0, a = from; k < n; k++, a += step) s += v[a]; return s; }
   if (n <= 128) {
     let a = 0, b = 0, c = 0, d = 0, e = 0, f = 0, g = 0, h = 0, k = 0, p = from;
-    const next = () => { const w = v[p]; p += step; return w; };
-    for (; k < n - (n % 8); k += 8) { a += next(); b += next(); c += next(); d += next(); e += next(); f += next(); g += next(); h += next(); }
+    for (; k < n - (n % 8); k += 8, p += 8 * step) {
+      a += v[p]; b += v[p + step]; c += v[p + 2 * step]; d += v[p + 3 * step];
+      e += v[p + 4 * step]; f += v[p + 5 * step]; g += v[p + 6 * step]; h += v[p + 7 * step];
+    }
     let s = a + b + (c + d) + (e + f + (g + h));
-    for (; k < n; k++) s += next();
+    for (; k < n; k++, p += step) s += v[p];
     return s;
   }
   let half = Math.floor(n / 2);
@@ -426,14 +432,17 @@ const along = (f, type) => (a, ...args) => reduce(a, told(args, ["axis", "dtype"
 const extreme = (sign) => (a, ...args) => {
   const o = told(args, ["axis", "out"]);
   return reduce(a, o, (v, p, n, s) => {
-    let best = o.initial ?? v[p];
     if (n === 0 && o.initial === undefined) $.raise("ValueError", "zero-size array to reduction operation which has no identity");
-    if (sign > 0) for (let k = 0; k < n; k++, p += s) { const w = v[p]; if (w > best) best = w; else if (w !== w) return NaN; }
-    else for (let k = 0; k < n; k++, p += s) { const w = v[p]; if (w < best) best = w; else if (w !== w) return NaN; }
-    return best;
+    return furthest(v instanceof Uint8Array ? new Float64Array(v) : v, p, n, s, sign, o.initial ?? v[p]);
   });
 };
-const mean = (v, p, n, s) => total(v, p, n, s) / n;
+function furthest(v, p, n, s, sign, best) {
+  if (sign > 0) for (let k = 0; k < n; k++, p += s) { const w = v[p]; if (w > best) best = w; else if (w !== w) return NaN; }
+  else for (let k = 0; k < n; k++, p += s) { const w = v[p]; if (w < best) best = w; else if (w !== w) return NaN; }
+  return best;
+}
+const counted = (v, p, n, s) => { let c = 0; for (let k = 0; k < n; k++, p += s) if (v[p]) c++; return c; };
+const mean = (v, p, n, s) => (v instanceof Uint8Array ? counted : total)(v, p, n, s) / n;
 const variance = (ddof) => (v, p, n, s) => { const m = mean(v, p, n, s); const d = new Float64Array(n); for (let k = 0; k < n; k++) d[k] = (v[p + k * s] - m) ** 2; return total(d, 0, n, 1) / (n - ddof); };
 const sorted = (v) => (Array.isArray(v) ? [...v].sort() : new Float64Array(v).sort());
 function quantile(v, p, n, s, q) {
@@ -441,6 +450,22 @@ function quantile(v, p, n, s, q) {
   for (let k = 0; k < n; k++) { d[k] = v[p + k * s]; if (d[k] !== d[k]) return NaN; }
   d.sort();
   return at_quantile(d, q);
+}
+/* The value that order puts at h; all before it are no larger then (Hoare's way). */
+function chosen(d, h) {
+  for (let low = 0, high = d.length - 1; low < high;) {
+    const pivot = d[(low + high) >> 1];
+    let i = low, j = high;
+    while (i <= j) {
+      while (d[i] < pivot) i++;
+      while (d[j] > pivot) j--;
+      if (i <= j) { const t = d[i]; d[i++] = d[j]; d[j--] = t; }
+    }
+    if (h <= j) high = j;
+    else if (h >= i) low = i;
+    else break;
+  }
+  return d[h];
 }
 function at_quantile(d, q) {
   if (!d.length) return NaN;
@@ -534,14 +559,19 @@ export const np = {
   sign: unary((v) => (v > 0 ? 1 : v < 0 ? -1 : v)), rint: unary(even), isfinite: unary((v) => (Number.isFinite(v) ? 1 : 0), "b"), isnan: unary((v) => (v !== v ? 1 : 0), "b"), isinf: unary((v) => (v === Infinity || v === -Infinity ? 1 : 0), "b"),
   round: (a, d = 0, ...r) => { if (d instanceof Named) d = d.values.decimals ?? 0; return unary(d === 0 ? even : (v) => even(v * 10 ** d) / 10 ** d)(a, ...r); },
   modf: (a) => { const w = np.trunc(a); return $.tup(calc("sub", array(a), w), w); }, spacing: (v) => { const s = Math.abs(v); return 2 ** (Math.floor(Math.log2(s)) - 52); }, nan_to_num: unary((v) => (v !== v ? 0 : v)),
-  sum: (a, ...r) => { const o = told(r, ["axis"]); return reduce(a, o, total); }, prod: along((v, p, n, s) => { let q = 1; for (let k = 0; k < n; k++, p += s) q *= v[p]; return q; }),
+  sum: (a, ...r) => { const o = told(r, ["axis"]); return reduce(a, o, a.type === "b" ? counted : total); }, prod: along((v, p, n, s) => { let q = 1; for (let k = 0; k < n; k++, p += s) q *= v[p]; return q; }),
   mean: along(mean), nanmean: (a) => np.mean(array(a).get(calc("eq", array(a), array(a)))), max: extreme(1), min: extreme(-1), amax: extreme(1), amin: extreme(-1), ptp: (a, ...r) => { const o = told(r, ["axis"]); return $.sub(np.max(a, new Named(o)), np.min(a, new Named(o))); },
   nanmax: (a) => np.max(array(a).get(calc("eq", array(a), array(a)))), nanmin: (a) => np.min(array(a).get(calc("eq", array(a), array(a)))),
   std: (a, ...r) => { const o = told(r, ["axis"]); return np.sqrt(reduce(a, o, variance(o.ddof ?? 0))); }, var: (a, ...r) => { const o = told(r, ["axis"]); return reduce(a, o, variance(o.ddof ?? 0)); },
   any: along((v, p, n, s) => { for (let k = 0; k < n; k++, p += s) if (v[p]) return 1; return 0; }, "b"), all: along((v, p, n, s) => { for (let k = 0; k < n; k++, p += s) if (!v[p]) return 0; return 1; }, "b"),
-  count_nonzero: (a, ...r) => reduce(a, told(r, ["axis"]), (v, p, n, s) => { let c = 0; for (let k = 0; k < n; k++, p += s) if (v[p]) c++; return c; }),
+  count_nonzero: along(counted),
   argmax: along((v, p, n, s) => { let b = 0; for (let k = 1; k < n; k++) if (v[p + k * s] > v[p + b * s] || (v[p + k * s] !== v[p + k * s] && v[p + b * s] === v[p + b * s])) b = k; return b; }, "i"), argmin: along((v, p, n, s) => { let b = 0; for (let k = 1; k < n; k++) if (v[p + k * s] < v[p + b * s]) b = k; return b; }, "i"),
-  median: (a, ...r) => { const o = told(r, ["axis"]); return reduce(a, o, (v, p, n, s) => { const d = new Float64Array(n); for (let k = 0; k < n; k++) { d[k] = v[p + k * s]; if (d[k] !== d[k]) return NaN; } if (!n) return NaN; d.sort(); const h = n >> 1; return n % 2 ? d[h] : (d[h - 1] + d[h]) / 2; }); },
+  median: along((v, p, n, s) => {
+    const d = new Float64Array(n);
+    for (let k = 0; k < n; k++) { d[k] = v[p + k * s]; if (d[k] !== d[k]) return NaN; }
+    const h = n >> 1, high = chosen(d, h);
+    return !n ? NaN : n % 2 ? high : (furthest(d, 0, h, 1, 1, -Infinity) + high) / 2;
+  }),
   nanmedian: (a, ...r) => { const o = told(r, ["axis"]); return reduce(a, o, (v, p, n, s) => { const d = []; for (let k = 0; k < n; k++) if (v[p + k * s] === v[p + k * s]) d.push(v[p + k * s]); if (!d.length) return NaN; d.sort((x, y) => x - y); const h = d.length >> 1; return d.length % 2 ? d[h] : (d[h - 1] + d[h]) / 2; }); },
   quantile: (a, q, ...r) => quantiles(a, q, told(r, ["axis"])), percentile: (a, q, ...r) => quantiles(a, q instanceof NDArray || Array.isArray(q) ? calc("div", array(q), 100) : q / 100, told(r, ["axis"])),
   average: (a, ...r) => { const o = told(r, ["axis", "weights"]); if (o.weights === undefined || o.weights === null) return np.mean(a, new Named({ axis: o.axis })); a = array(a); const w = array(o.weights); const ww = a.ndim > 1 && w.ndim === 1 ? w.reshape(-1, 1) : w; return $.div(np.sum(calc("mul", a, ww), new Named({ axis: o.axis })), np.sum(w)); },

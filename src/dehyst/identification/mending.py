@@ -96,10 +96,13 @@ def _judged(
     own = np.concatenate([error[:begin], np.abs(y - terms @ _weights(after))[marks[cut + 1] :] / span])
     last = error[marks[cut - 1] : begin]
     usual = float(np.quantile(own, 0.95))
+    least = max(CHANGED, CERTAIN * max(usual, float(np.quantile(last, 0.95))))
+    if error[begin:].max() <= least:
+        return None
     known = _seen(terms, begin, before)
     cycles = [slice(a, b) for a, b in pairwise(marks[cut:])]
     sizes = [float(np.quantile(error[k][known[k]], 0.95)) for k in cycles if np.mean(known[k]) >= COMPARED]
-    if len(sizes) < CYCLES or sizes[0] <= max(CHANGED, CERTAIN * max(usual, float(np.quantile(last, 0.95)))):
+    if len(sizes) < CYCLES or sizes[0] <= least:
         return None
     speeds = [float(np.mean(np.abs(np.diff(part)))) for part in (x[:begin], x[begin:])]
     if min(sizes) <= LASTS * sizes[0] or max(speeds) > SPEED * min(speeds):
