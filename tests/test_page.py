@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import base64
 import gzip
 import importlib.util
@@ -27,6 +28,8 @@ PAGE = ROOT / "src" / "dehyst" / "page" / "dehyst.html"
 DATA = ROOT.parent / "shared" / "data"
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
 LIMIT = 600_000
+OPTIONS = ("--train-fraction", "--eps", "--initial-state", "--from", "--to", "--time", "--time-unit")
+LISTS = ("--initial-state", "--time", "--time-unit")
 MEASURED = [
     ("piezo_dbo", "voltage_v", "displacement_um", "model"),
     ("mr_damper", "displacement_mm", "force_N", "ensaio1.2"),
@@ -76,6 +79,9 @@ def _unpacked(text: str) -> str:
         return found[1] + gzip.decompress(base64.b85decode(found[2].replace(",", "<"))).hex() + "</script>"
 
     return re.sub(r'(<script type="application/octet-stream" id="\w+">)([^<]*)</script>', open_, text)
+
+
+OPTION_SOURCE = (ROOT / "page" / "src" / "options.ts").read_text(encoding="utf-8")
 
 
 # ---- in a browser
@@ -135,7 +141,7 @@ class Opened:
             "(document.querySelector('#input') && !document.querySelector('.status').textContent)"
         )
 
-    def identify(self, input: str, output: str, run: str | None = None) -> dict:
+    def identify(self, input: str, output: str, run: str | None = None, options: dict[str, str] | None = None) -> dict:
         page = self.page
         page.wait_for_selector("#input", state="attached")
         if run is not None and page.input_value("#run") != run:
@@ -143,7 +149,16 @@ class Opened:
         self.settled()
         page.select_option("#input", input)
         page.select_option("#output", output)
+        if options is not None:
+            page.evaluate("document.querySelector('.options').open = true")
+        for flag in OPTIONS if options is not None else ():
+            control = page.locator(f"#option{flag[1:]}")
+            (control.select_option if flag in LISTS else control.fill)(options.get(flag, ""))
         page.click("button:text-is('Identify')")
+        return self.answer()
+
+    def answer(self) -> dict:
+        page = self.page
         self.until("document.querySelector('.results').answer?.said || document.querySelector('[role=alert] .judged')")
         return page.evaluate(
             "(() => { const a = document.querySelector('.results').answer;"
@@ -191,10 +206,22 @@ def _tied(evidence: dict) -> bool:
     return evidence["without_percent"] == pytest.approx(evidence["with_percent"], rel=1e-6)
 
 
-def compare(answer: dict, log: Path, input: str, output: str, run: str | None = None) -> None:
-    """The page's answer is that of `dehyst identify LOG --family pi`, or its refusal word by word."""
+def typed(options: dict[str, str]) -> tuple[dict, dict]:
+    """Options of the command line as arguments of read_log and of identify."""
+    names = {"--from": "start", "--to": "stop"}
+    given = {
+        names.get(flag, flag[2:].replace("-", "_")): value if flag in LISTS or value == "auto" else float(value)
+        for flag, value in options.items()
+    }
+    fitting = {"train_fraction", "eps", "initial_state"}
+    return {k: v for k, v in given.items() if k not in fitting}, {k: v for k, v in given.items() if k in fitting}
+
+
+def compare(answer: dict, log: Path, input: str, output: str, run: str | None = None, options=None) -> None:
+    """The page's answer is that of `dehyst identify LOG --family pi OPTIONS`, or its refusal word by word."""
+    reading, fitting = typed(options or {})
     try:
-        fit = dehyst.identify(dehyst.read_log(log, input, output, run=run), "pi")
+        fit = dehyst.identify(dehyst.read_log(log, input, output, run=run, **reading), "pi", **fitting)
     except dehyst.DehystError as fault:
         assert answer.get("refused", "").lower() == str(fault).lower()
         return
@@ -235,6 +262,100 @@ def test_fifty_logs_in_ten_dialects_give_what_python_says(opened, tmp_path):
     assert np.mean(memory[-10:]) < np.mean(memory[10:20]) + 60e6  # flat, but for what is not yet collected
 
 
+def test_every_option_that_a_message_of_the_page_prescribes_has_a_control():
+    sys.path.insert(0, str(ROOT / "page"))
+    try:
+        from house import MODULES
+    finally:
+        sys.path.pop(0)
+    controls = {"--input", "--output", "--run", *re.findall(r'option\((?:true|false), "(--[a-z-]+)"', OPTION_SOURCE)}
+    other = {"--family", "--for"}  # another model than the page's: its last command leads there
+    beyond = {
+        "--shear",
+        "--max-inverse-gain",
+        "--stream",
+        "--families",
+        "--save",
+        "--report",
+    }  # not of family pi, or a line to type
+    prescribed = set()
+    for name in MODULES:
+        if name.partition("/")[0] in ("data", "identification", "io"):
+            prescribed |= _prescribed((ROOT / "src" / "dehyst" / f"{name}.py").read_text(encoding="utf-8"))
+    assert {"--train-fraction", "--eps", "--time-unit"} <= prescribed
+    assert prescribed <= controls | other | beyond, prescribed - controls - other - beyond
+
+
+def _prescribed(source: str) -> set[str]:
+    """Options that the sentences of a module name; docstrings and lines to type into a rig are none."""
+    found = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and "\n" not in node.value:
+            found |= set(re.findall(r"--[a-z][a-z-]+", node.value)) - {"--range", "--follow-offset", "--json"}
+    return found
+
+
+CASES = [
+    *({"--train-fraction": value} for value in ("0.3", "0.8", "1", "1.5")),
+    *({"--eps": value} for value in ("auto", "0.5", "2", "1e9")),
+    *({"--initial-state": value} for value in ("auto", "zero", "origin", "rest", "rising", "falling", "unknown")),
+    {"--from": "5"}, {"--to": "12.5"}, {"--from": "4", "--to": "17"}, {"--from": "9", "--to": "3"}, {"--to": "1e-3"},
+    {"--time-unit": "ms"}, {"--time-unit": "min"}, {"--time": "pressure_bar"},
+    {"--time": "time_s", "--time-unit": "ms"},
+    {"--train-fraction": "0.7", "--eps": "auto", "--initial-state": "rest", "--from": "3"},
+]  # fmt: skip
+
+
+@pytest.mark.slow
+def test_the_options_of_the_page_are_those_of_the_command_line(opened, tmp_path):
+    log = tmp_path / "log.csv"
+    log.write_bytes(dialect_log(0))
+    opened.drop(log.name, log.read_bytes())
+    answers = [opened.identify("pressure_bar", "angle_deg", options=options) for options in CASES]
+    for answer, options in zip(answers, CASES, strict=True):
+        compare(answer, log, "pressure_bar", "angle_deg", options=options)
+    assert len({json.dumps(answer.get("said", answer)) for answer in answers}) > len(CASES) - 6  # they do something
+    words = [word for flag, value in CASES[-1].items() for word in (flag, value)]
+    lines = [opened.page.inner_text(f"#{name}") for name in ("repeat", "command")]
+    for flag, value in zip(words[::2], words[1::2], strict=True):
+        assert f" {flag} {value} " in lines[0]
+    assert "--family pi" in lines[0] and "--train-fraction 0.7" in lines[1] and "--eps" not in lines[1]
+
+
+@pytest.mark.slow
+def test_what_a_warning_prescribes_is_a_button_that_does_it(opened, tmp_path):
+    t = np.linspace(0.0, 20.0, 400)
+    x = 1.0 - np.cos(2 * np.pi * t / 20.0)
+    y = dehyst.PrandtlIshlinskii([0.0, 0.2, 0.5], [1.0, 0.4, 0.3]).simulate(x)
+    log = tmp_path / "loop.csv"
+    rows = "\n".join(f"{a:.4f},{b:.5f},{c:.5f}" for a, b, c in zip(t, x, y, strict=True))
+    log.write_text(f"time_s,pressure_bar,angle_deg\n{rows}\n")
+    opened.drop(log.name, log.read_bytes())
+    opened.settled()
+    before = opened.page.inner_text("#verdict")
+    opened.page.locator(".results").get_by_role("button", name="Identify with --train-fraction 1").click()
+    answer = opened.answer()
+    compare(answer, log, "pressure_bar", "angle_deg", options={"--train-fraction": "1"})
+    assert "Do not compensate" in before and "Do not compensate" not in opened.page.inner_text("#verdict")
+    assert opened.page.input_value("#option-train-fraction") == "1"
+
+
+@pytest.mark.slow
+def test_a_refusal_that_names_an_option_leads_to_it(opened):
+    log = b"pressure_bar,angle_deg,time_s,t_s\n" + b"\n".join(
+        b"%.4f,%.4f,%d,%d" % (np.sin(k / 9), np.sin(k / 9 - 0.3), k, 3 * k + k % 2) for k in range(400)
+    )
+    opened.drop("clocks.csv", log)
+    opened.settled()
+    assert "refused" in opened.identify("pressure_bar", "angle_deg")
+    opened.page.get_by_role("alert").get_by_role("button", name="Identify with --time time_s").click()
+    assert "said" in opened.answer()
+    opened.page.click(".options summary")
+    opened.page.fill("#option-eps", "a lot")
+    opened.page.click("button:text-is('Identify')")
+    assert "“a lot” is not a number" in opened.page.inner_text("[role=alert]")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", HOSTILE)
 def test_a_hostile_log_gets_a_sentence(opened, tmp_path, name):
@@ -272,7 +393,7 @@ def test_the_model_that_is_taken_away_is_read_by_dehyst(opened, tmp_path):
     opened.page.click("text=Try an example")
     opened.settled()
     with opened.page.expect_download() as saving:
-        opened.page.click("button:text-is('model.json')")
+        opened.page.click("button:text-is('example.model.json')")
     saving.value.save_as(tmp_path / "model.json")
     model = dehyst.load_model(tmp_path / "model.json")
     answer = opened.page.evaluate("[...document.querySelector('.results').answer.predicted]")
@@ -285,7 +406,7 @@ def test_the_model_that_is_taken_away_is_read_by_dehyst(opened, tmp_path):
 def test_the_zip_holds_what_export_writes_and_its_check_passes(opened, tmp_path):
     opened.page.click("text=Try an example")
     opened.settled()
-    for button, name in (("model.json", "example.model.json"), ("C code (zip)", "c.zip")):
+    for button, name in (("example.model.json", "example.model.json"), ("C code (zip)", "c.zip")):
         with opened.page.expect_download() as saving:
             opened.page.click(f"button:text-is('{button}')")
         saving.value.save_as(tmp_path / name)

@@ -39,7 +39,8 @@ export async function read(data, packed, name, digest) {
   return inspect(null);
 }
 export function inspect(run) {
-  return plain(room("io.inspect").inspect_log(table, run));
+  const known = { starts: [...room("identification.memory").INITIAL_STATES], units: Object.keys(plain(room("units").TABLE).time) };
+  return { ...plain(room("io.inspect").inspect_log(table, run)), ...known };
 }
 const given = (options) => Object.fromEntries(Object.entries(options).filter(([, v]) => v !== null && v !== undefined && v !== ""));
 const values = (a) => (a === null || a === undefined ? null : new Float64Array(a.values()));
@@ -69,8 +70,15 @@ export function identify(input, output, run, reading = {}, fitting = {}) {
     model: { thresholds: values(model.thresholds), weights: values(model.weights), center: model.center, offset: model.offset, start: values(start) },
     card: { input: [model.card.input.low, model.card.input.high], output: [model.card.output.low, model.card.output.high] },
     file: file_of(model),
-    command: room("shell").typed(["dehyst", "identify", table.name, "--input", input, "--output", output, ...(run ? ["--run", run] : []), "--save", "model.json", "--report", "report.html"]),
+    ...typed(input, output, given({ run, ...reading }), given(fitting)),
   };
+}
+/** The lines that compare all families on the same part of the log, and that fit this one again. */
+function typed(input, output, reading, fitting) {
+  const words = (options) => Object.entries(options).flatMap(([name, value]) => [{ start: "--from", stop: "--to" }[name] ?? `--${name.replaceAll("_", "-")}`, String(value)]);
+  const line = (...more) => room("shell").typed(["dehyst", "identify", table.name, "--input", input, "--output", output, ...words(reading), ...more, "--save", "model.json", "--report", "report.html"]);
+  const { train_fraction } = fitting; // the other options of fitting are those of plays alone
+  return { command: line(...words(given({ train_fraction }))), repeat: line("--family", "pi", ...words(fitting)) };
 }
 /** What takes longer: the last fit as `dehyst identify --json` prints it, and what its residual follows. */
 export function more() {

@@ -30,6 +30,8 @@ export interface Summary {
   clear: boolean;
   command: string;
   findings: Finding[];
+  starts: string[];
+  units: string[];
 }
 interface Score {
   rmse: number;
@@ -60,6 +62,7 @@ export interface Answer {
   card: { input: [number, number]; output: [number, number] };
   file: string;
   command: string;
+  repeat: string;
 }
 
 /** What the package refuses, in its own words. */
@@ -102,8 +105,8 @@ export class Engine {
   inspect(run: string): Promise<Summary> {
     return this.ask("inspect", { run });
   }
-  identify(input: string, output: string, run: string | null): Promise<Answer> {
-    return this.ask("identify", { input, output, run, reading: {}, fitting: {} });
+  identify(input: string, output: string, run: string | null, reading: object, fitting: object): Promise<Answer> {
+    return this.ask("identify", { input, output, run, reading, fitting });
   }
   /** All of the last fit, and what is left of its error. */
   more(): Promise<{ said: Record<string, unknown>; left: string }> {

@@ -3,6 +3,7 @@
 import { h, painted, save } from "./dom";
 import { Answer, Engine, Finding, Refusal, Summary } from "./engine";
 import { Inverse } from "./inverse";
+import { Options } from "./options";
 import { Link, LoopPlot, Shade, short, TimePlot } from "./plots";
 import { Core, Model } from "./wasm";
 import { zipped } from "./zip";
@@ -21,6 +22,7 @@ class Identify {
   private readonly results = h("div", { class: "results" });
   private figures: { destroy(): void }[] = [];
   private summary: Summary | null = null;
+  private options: Options | null = null;
   private turn = 0; // the newest request: answers to older ones are dropped
 
   constructor(root: HTMLElement, private readonly core: Core) {
@@ -85,16 +87,16 @@ class Identify {
     this.status.replaceChildren("Stopped. Drop the log once more to begin again.");
   }
 
-  /** A sentence begins with a capital, unless it begins with the name of the log. */
+  /** A sentence begins with a capital, unless it begins with the name of the log or of an option. */
   private sentence(message: string): string {
-    return this.summary && message.startsWith(this.summary.name) ? message : message[0].toUpperCase() + message.slice(1);
+    return (this.summary && message.startsWith(this.summary.name)) || /^(\w+ =|--)/.test(message) ? message : message[0].toUpperCase() + message.slice(1);
   }
 
   private refuse(fault: unknown, title = "This log cannot be used as it is"): void {
     const message = fault instanceof Error ? fault.message : String(fault);
     const known = fault instanceof Refusal && fault.known;
     this.trouble.replaceChildren(h("div", { class: "judged stop" }, h("span", { class: "badge" }, known ? title : "The page failed"),
-      h("p", { class: "lead" }, this.sentence(message))));
+      h("p", { class: "lead" }, this.sentence(message)), this.cures(message)));
   }
 
   private clear(): void {
@@ -106,6 +108,7 @@ class Identify {
 
   private async open(file: File): Promise<void> {
     this.clear();
+    this.options = null;
     this.columns.replaceChildren();
     const summary = await this.during(`Reading ${file.name}`, (engine) => engine.read(file));
     if (!summary) return;
@@ -131,7 +134,9 @@ class Identify {
     for (const name of runs) run.append(h("option", { value: name }, `${name} (${summary.runs[name]} rows)`));
     run.value = summary.run ?? "";
     run.addEventListener("change", () => void this.rerun(run.value));
-    const go = h("button", { type: "button", class: "main", onclick: () => void this.identify() }, "Identify");
+    const identify = (): void => void this.identify();
+    const go = h("button", { type: "button", class: "main", onclick: identify }, "Identify");
+    this.options = new Options(summary, identify, this.options);
     const reason = (name: string | null): string => summary.columns.find((column) => column.name === name)?.reason ?? "";
     const rate = summary.sampling ? `, ${short(1 / summary.sampling.median, 3)} samples a second by ${summary.sampling.column}` : ", no time column";
     this.columns.replaceChildren(
@@ -146,7 +151,7 @@ class Identify {
           h("label", { for: "input" }, "Input", input), h("label", { for: "output" }, "Output", output),
           runs.length > 1 ? h("label", { for: "run" }, "Run", run) : null, go),
         summary.input && summary.output ? h("p", { class: "caption" }, `Why: ${summary.input} (${reason(summary.input)}) drives ${summary.output} (${reason(summary.output)}).`) : null,
-        this.findings(summary.findings, "What reading the log found")));
+        this.findings(summary.findings, "What reading the log found"), this.options.element));
   }
 
   private async rerun(run: string): Promise<void> {
@@ -160,8 +165,17 @@ class Identify {
   private findings(found: Finding[], title: string): HTMLElement | null {
     if (!found.length) return null;
     const body = h("details", { class: "findings" }, h("summary", {}, `${title} (${found.length})`));
-    for (const { code, message } of found) body.append(warning(code, this.sentence(message)));
+    body.append(...found.map((each) => this.warning(each)));
     return body;
+  }
+
+  private warning({ code, message }: Finding): HTMLElement {
+    return h("div", { class: "warning" }, h("code", {}, code), h("p", {}, this.sentence(message)), this.cures(message));
+  }
+
+  private cures(message: string): HTMLElement | null {
+    const made = this.options?.cures(message, () => void this.identify()) ?? [];
+    return made.length ? h("p", { class: "row cures" }, ...made) : null;
   }
 
   // ---- result
@@ -173,8 +187,16 @@ class Identify {
       return;
     }
     const run = Object.keys(this.summary!.runs).length > 1 ? value("run") : null;
+    let given;
+    try {
+      given = this.options!.given();
+    } catch (fault) {
+      this.refuse(fault, "An option is not a number");
+      return;
+    }
     this.clear();
-    const answer = await this.during("Identifying", (engine) => engine.identify(input, output, run));
+    const { reading, fitting } = given;
+    const answer = await this.during("Identifying", (engine) => engine.identify(input, output, run, reading, fitting));
     if (answer) await this.show(answer);
   }
 
@@ -195,14 +217,14 @@ class Identify {
       h("section", { class: `judged ${a.grade}`, id: "verdict", tabindex: -1 },
         h("span", { class: "badge" }, { good: "Good for compensation", care: "Usable with care", stop: "Do not compensate" }[a.grade]),
         h("p", { class: "lead" }, a.verdict),
-        a.grade === "good" ? null : h("p", { class: "caption" }, "This is the verdict on the family pi with its usual settings. Another family or setting may do: the command at the end of the page compares all families."),
+        a.grade === "good" ? null : h("p", { class: "caption" }, `This is the verdict on the family pi with ${this.options!.some ? "the options above" : "its usual settings"}. ${a.warnings.length ? "The warnings say what to try. " : ""}Another family may do: the command at the end of the page compares all families.`),
         h("dl", { class: "tiles" },
           tile("Model errs by", `${short(test.rmse_percent, 3)} %`, `of range, rms, on ${held}: ${unit(test.rmse, labels.outputUnit)}`),
           tile("A plain curve by", `${short(curve.rmse_percent, 3)} %`, `the best one without hysteresis: ${unit(curve.rmse, labels.outputUnit)}`),
           tile("Operators", a.size.replace(" operators", ""), `start state '${a.start}'`),
           tile("Loop", `${short(a.width, 2)} % wide`, a.orientation),
           tile("Inverse gain", Number.isFinite(a.gain) ? unit(a.gain, ratio(labels)) : "no inverse", "at most, right after a reversal"))),
-      ...a.warnings.map(({ code, message }) => warning(code, this.sentence(message))),
+      ...a.warnings.map((each) => this.warning(each)),
       plots,
       h("p", { class: "caption" }, shades.length ? "The shaded part was held out: the model has not seen it. " : "", "Drag over a figure to zoom, double click to see all; the cursor walks along all of them."),
       wide,
@@ -260,22 +282,21 @@ class Identify {
 
   private takeaway(a: Answer, bad: boolean): HTMLElement {
     const stem = (this.summary!.name.replace(/(\.csv|\.txt|\.tsv|\.dat)?(\.gz)?$/i, "") || "log").replace(/[^\w-]+/g, "-");
+    const file = `${stem}.model.json`;
     return h("section", { class: "card" },
       h("h2", {}, "Take it with you"),
       bad ? h("p", { class: "caption" }, "The verdict says not to compensate with this model: it may serve to simulate.") : null,
       h("div", { class: "row" },
-        h("button", { type: "button", class: "main", onclick: () => save(`${stem}.model.json`, a.file, "application/json") }, "model.json"),
+        h("button", { type: "button", class: "main", onclick: () => save(file, a.file, "application/json") }, file),
         h("button", { type: "button", onclick: () => void this.zip(stem) }, "C code (zip)")),
-      h("p", { class: "caption" }, "model.json is read by every command of dehyst. The zip holds what ", h("code", {}, "dehyst export model.json --target c"),
+      h("p", { class: "caption" }, `${file} is read by every command of dehyst. The zip holds what `, h("code", {}, `dehyst export ${file} --target c`),
         " writes: the core, this compensator, an example, and a check that runs with ", h("code", {}, "make check"), "."),
-      h("h3", {}, "The full verdict"),
+      h("h3", {}, "In a terminal"),
       h("p", { class: "caption" }, "This page fits one family, pi. All of them, also with creep, rate and saturation, are compared by:"),
-      h("pre", {}, a.command));
+      h("pre", { id: "command" }, a.command),
+      h("p", { class: "caption" }, "And this very model again, with its report, by:"),
+      h("pre", { id: "repeat" }, a.repeat));
   }
-}
-
-function warning(code: string, message: string): HTMLElement {
-  return h("div", { class: "warning" }, h("code", {}, code), h("p", {}, message));
 }
 
 function tile(title: string, value: string, remark: string): HTMLElement {

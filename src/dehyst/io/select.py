@@ -31,7 +31,7 @@ def parse_window(start: float | None, stop: float | None) -> Window:
     window = (-math.inf if start is None else float(start), math.inf if stop is None else float(stop))
     if not window[0] < window[1]:
         raise TimeError(
-            f"the window from {start} s to {stop} s is empty. --from must be less than --to, both in seconds of the "
+            f"the window from {window[0]:g} s to {window[1]:g} s is empty. --from must be less than --to, both in seconds of the "
             f"log's own time.",
             start=start,
             stop=stop,
@@ -175,7 +175,7 @@ def _bounds(window: Window) -> str:
 def require_samples(samples: Samples, about: Context, window: Window, least: int = MINIMUM_SAMPLES) -> None:
     """Refuse fewer samples than a loop needs."""
     if samples.rows.size < least:
-        cut = f" in the window {window[0]:g} s <= t < {window[1]:g} s" if window != WHOLE else ""
+        cut = f" in the window {_bounds(window)}" if window != WHOLE else ""
         raise RecordingError(
             f"{about.log} has {samples.rows.size} usable rows{cut}; a loop needs at least {least}. Check the window "
             f"(--from, --to), the run (--run) and the columns.",
