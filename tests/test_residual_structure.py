@@ -95,7 +95,7 @@ def test_a_residual_is_given_to_its_cause_beside_noise(cause, seed, time):
     assert largest.share == pytest.approx(true, abs=0.12)
     assert largest.size_percent == pytest.approx(says.rms_percent * math.sqrt(largest.share))
     assert says.explained >= largest.share - 1e-12
-    assert f"{100.0 * largest.share:.0f} % of the squared residual {largest.words}" in says.suggestions[0]
+    assert f"{100.0 * largest.share:.0f} % of the model's squared error {largest.words}" in says.suggestions[0]
 
 
 @pytest.mark.parametrize("samples", [400, 2000, 5000])

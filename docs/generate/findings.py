@@ -340,8 +340,9 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "load, or name a family.",
         ),
         "high-inverse-gain": (
-            "Right after a reversal the inverse may amplify by more than {HIGH_GAIN} times the ratio of "
-            "the ranges. Noise on the reference becomes steps of the input.",
+            "Right after a reversal the inverse may ask for more than {HIGH_GAIN} times as much input for a step of "
+            "the output as over the whole range (input range over output range). Noise on the reference becomes steps "
+            "of the input.",
             "Where a firmer `--eps` costs less than 5 % of the accuracy of the fit, it is taken by itself, unless a "
             "number or the paper's family was asked for: then the message names it. Otherwise it names the one that is "
             "enough, and what that costs. Take it, or smooth the reference.",
@@ -372,7 +373,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Identify the part of the log that is like the use (--from, --to).",
         ),
         "inverse-useless": (
-            "The inverse amplifies by more than {USELESS_GAIN} times the ratio of the ranges: a two-thousandth of the "
+            "Right after a reversal the inverse is more than {USELESS_GAIN} times as steep as over the whole range: "
+            "a two-thousandth of the "
             "output's range may ask for the whole of the input's. The verdict is no.",
             "Raise --eps, and see the other warnings for the reason: a loop that is flat right after its reversals, or "
             "a log that is not of one actuator.",

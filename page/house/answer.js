@@ -59,7 +59,7 @@ export function identify(input, output, run, reading = {}, fitting = {}) {
     grade: $.b.str(room("findings").grade_of(fit.verdict)?.css ?? "stop"),
     warnings: [...fit.warnings].map(({ code, message }) => ({ code, message })),
     size: fit.size,
-    start: fit.certificate.initial_state,
+    start: room("identification.memory").past_in_words(fit.certificate.initial_state),
     orientation: fit.facts.orientation,
     width: fit.facts.width_percent,
     gain: fit.certificate.inverse_gain,
@@ -82,10 +82,10 @@ function typed(input, output, reading, fitting) {
 }
 /** What takes longer: the last fit as `dehyst identify --json` prints it, and what its residual follows. */
 export function more() {
-  const { largest } = last.residual;
+  const { largest, suggestions } = last.residual;
   return {
     said: plain(last.as_dict()),
-    left: largest ? `${$.f(100 * largest.share, ".0f", -1)} % of the squared residual ${largest.words}, ${$.f(largest.size_percent, ".2g", -1)} % of range rms.` : "",
+    left: largest && suggestions.length ? suggestions[0] : "",
   };
 }
 /** The C folder of the last model, as `dehyst export MODEL --target c` writes it. */

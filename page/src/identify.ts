@@ -221,7 +221,7 @@ class Identify {
         h("dl", { class: "tiles" },
           tile("Model errs by", `${short(test.rmse_percent, 3)} %`, `of range, rms, on ${held}: ${unit(test.rmse, labels.outputUnit)}`),
           tile("A plain curve by", `${short(curve.rmse_percent, 3)} %`, `the best one without hysteresis: ${unit(curve.rmse, labels.outputUnit)}`),
-          tile("Operators", a.size.replace(" operators", ""), `start state '${a.start}'`),
+          tile("Operators", a.size.replace(" operators", ""), `carry weight; assumed before the log: ${a.start}`),
           tile("Loop", `${short(a.width, 2)} % wide`, a.orientation),
           tile("Inverse gain", Number.isFinite(a.gain) ? unit(a.gain, ratio(labels)) : "no inverse", "at most, right after a reversal"))),
       ...a.warnings.map((each) => this.warning(each)),
@@ -271,7 +271,7 @@ class Identify {
     const { element } = this.figures[4] as TimePlot;
     void this.engine.then((engine) => engine.more()).then((more) => {
       Object.assign(a, more);
-      if (more.left) element.append(h("p", { class: "caption" }, more.left));
+      if (more.left) element.append(h("p", { class: "caption" }, more.left), this.cures(more.left) ?? "");
     }, () => undefined); // another log came, or it was stopped
   }
 

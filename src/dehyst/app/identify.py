@@ -24,6 +24,7 @@ from dehyst.errors import DehystError, LogError, ParameterError
 from dehyst.families.best import PURPOSES, identify
 from dehyst.findings import Grade, grade_of
 from dehyst.identification import Fit, Score, identify_direct
+from dehyst.identification.memory import past_in_words
 from dehyst.identification.settings import PAPER_OPERATORS
 from dehyst.identification.stream import Progress, identify_stream
 from dehyst.io.chunks import ChunkedLog, open_chunks
@@ -271,24 +272,22 @@ def _print(fit: Fit, request: IdentifyRequest) -> None:
         if fit.test and fit.settings.get("family") == "auto":
             out.print("The choice was made without these held-out errors, on blocks of the fitted part.")
     size = f"{fit.size} carry weight" if " of " in fit.size else fit.size
-    memory = f"{size}; start state '{certificate.initial_state}'" if size else "no operators"
     drive = fit.recordings[0].input_unit
     figures = (
         ("optimality", certificate.kkt_residual, ".0e", ""),
         ("inverse round trip", certificate.round_trip_error, ".0e", ""),
         ("inverse gain at most", certificate.inverse_gain, ".4g", f" {drive}/{unit}" if drive and unit else ""),
     )
-    out.print(f"\n{memory}; loop {fit.facts.orientation}, {fit.facts.width_percent:.0f} % wide")
+    out.print(f"\n{size or 'no operators'}; loop {fit.facts.orientation}, {fit.facts.width_percent:.0f} % wide")
+    if size:
+        out.print(f"assumed before the log: {past_in_words(certificate.initial_state)}")
     out.print(", ".join(f"{what} {value:{digits}}{of}" for what, value, digits, of in figures if math.isfinite(value)))
     if fit.model.remarks:
         out.print("; ".join(fit.model.remarks))
         out.print("\n".join(filter(None, (*fit.evidence_words, fit.lacking))))
     left = fit.residual.largest
     if left is not None and left.share > MUCH and left.size_percent > FELT:
-        out.print(
-            f"{100.0 * left.share:.0f} % of the squared residual {left.words}, {left.size_percent:.2g} % of range rms: "
-            f"what to try is in the report (--report)"
-        )
+        out.print(fit.residual.suggestions[0])
     print_findings(fit.warnings)
     print_end(_next(fit, request.save), model=request.save, report=request.report, figures=request.figures)
 

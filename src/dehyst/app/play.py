@@ -160,11 +160,12 @@ def _start(request: SimulateRequest, default: str) -> str:
 def _middle(band: Band, past: tuple[float, float] | None, card: ModelCard, signal: Signal) -> str:
     """Return what to say about the middle of what a model may answer after any past within a range."""
     width = band.half_width
-    where = f" within {past[0]:.4g} to {past[1]:.4g} {card.input.unit}".rstrip() if past else ""
+    where = f" after a past within {past[0]:.4g} to {past[1]:.4g} {card.input.unit}".rstrip() if past else ""
     closed = _closed_from(band)
     end = f"by {width[-1]:.3g} at the end" if closed is None else f"known from {_place(signal, closed)} on"
-    told = f"the middle of all pasts{where}: the first value may be off by {width[0]:.3g} {card.output.unit}".rstrip()
-    return f"{told}, {end}; --start rest or model assumes one past"
+    told = f"what the actuator did before is not known: values are the middle of what they may be{where}"
+    first = f"the first may be off by {width[0]:.3g} {card.output.unit}".rstrip()
+    return f"{told}; {first}, {end}. If it never moved before, type --start rest; if it begins as the log did, model"
 
 
 def _column(card: SignalCard, prefix: str = "") -> str:

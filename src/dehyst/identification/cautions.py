@@ -210,8 +210,9 @@ def about_fit(
     if np.isfinite(gain) and is_high(gain) and not misses:  # without a bound there is no inverse
         yield Finding(
             "high-inverse-gain",
-            f"right after a reversal the inverse may amplify by {certificate.inverse_gain:.4g} ({gain:.0f} times the "
-            f"ratio of the ranges): noise on its input becomes steps of its output. {_of_units(slope) if paper else ''}"
+            f"right after a reversal the inverse may ask for {certificate.inverse_gain:.4g}{unit_of_gain(first)} "
+            f"({gain:.0f} times as much as over the whole range): noise on its input becomes steps of its output. "
+            f"{_of_units(slope) if paper else ''}"
             f"{ROW_GAIN if knows.crosses else _cure_of_gain(certificate)}",
         )
     if np.isfinite(gain) and gain > USELESS_GAIN and not misses:
@@ -328,6 +329,11 @@ def _bound_of_paper(first: Recording, slope: float, strain: float) -> Finding:
         f"thousandth of that slope does: it is absolute, so the model depends on the units. Identify with --eps auto, "
         f"which is relative, or with --eps {0.001 * slope:.1g}.",
     )
+
+
+def unit_of_gain(record: Recording) -> str:
+    """Return the unit of the inverse's slope behind a space, or nothing."""
+    return f" {record.input_unit}/{record.output_unit}" if record.input_unit and record.output_unit else ""
 
 
 def _of_units(slope: float) -> str:

@@ -11,6 +11,27 @@ from dehyst.arrays import Array
 
 InitialState = Literal["zero", "origin", "rest", "rising", "falling", "unknown"]
 INITIAL_STATES: tuple[str, ...] = get_args(InitialState)
+# What they take the actuator to have done before the first sample.
+PASTS = {
+    "zero": "strokes that died out",
+    "origin": "one stroke from input 0",
+    "rest": "nothing, it was never moved",
+    "rising": "full strokes, the last one rising",
+    "falling": "full strokes, the last one falling",
+    "unknown": "anything",
+}
+
+
+def past_in_words(start: str) -> str:
+    """Return what a start state assumes, for a person.
+
+    Examples
+    --------
+    >>> past_in_words("zero")
+    'strokes that died out (zero)'
+    """
+    return f"{PASTS[start]} ({start})"
+
 
 # Both extremes count as visited when the signal came within this share of its range: closer than that, the
 # plays that could still remember carry next to nothing.

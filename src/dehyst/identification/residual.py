@@ -18,15 +18,16 @@ from dehyst.identification.threads import single_blas
 
 # Where one cause explains as much as another, the first one is named: the simpler, and rate-independent ones first.
 TITLES = {
-    "offset": "one offset",
+    "offset": "one constant offset",
     "drift": "drift along the log",
-    "position": "the position",
-    "way-since-turn": "the way since the last turn",
-    "time-since-turn": "the time since the last turn (creep)",
-    "rate": "the rate of the input",
+    "position": "the input itself",
+    "way-since-turn": "how far the input has gone since its last turn",
+    "time-since-turn": "the time since the input's last turn (creep)",
+    "rate": "the speed of the input",
     "delay": "the slope of the output (a delay)",
 }
 CAUSES = tuple(TITLES)
+WHAT = {"offset": "is", "drift": "is"}  # what the residual does; of all others it depends on them
 MOST_ROWS = 20_000  # that stand for a longer log, spread unevenly, so that no period of it is met
 FEWEST = 100
 BLOCKS = 10  # consecutive; odd ones are fitted and even ones scored, then the other way round
@@ -73,7 +74,7 @@ class Cause:
     @property
     def words(self) -> str:
         """What the residual does."""
-        return f"{'is' if self.name == 'offset' else 'follows'} {TITLES[self.name]}"
+        return f"{WHAT.get(self.name, 'depends on')} {TITLES[self.name]}"
 
     def as_dict(self) -> dict[str, Any]:
         """Return the values as printed by ``--json``."""
@@ -413,25 +414,25 @@ def _suggestions(found: Residual, knows_time: bool) -> Iterator[str]:
     order = sorted(found.causes, key=lambda cause: -round(cause.share, 2))
     said = [cause for cause in order if cause.share >= WORTH and (cause is order[0] or cause.own >= OWN)]
     for cause in said:
-        what = f"{100.0 * cause.share:.0f} % of the squared residual {cause.words}"
+        what = f"{100.0 * cause.share:.0f} % of the model's squared error {cause.words}"
         yield f"{what}, {cause.size_percent:.2g} % of range rms. {_cure(cause, found, knows_time)}"
     rivals = [cause for cause in order[1:] if said and cause.own < OWN and cause.share >= RIVAL * order[0].share]
     if rivals:
         yield (
-            f"Nearly as much of the same follows {' and '.join(TITLES[cause.name] for cause in rivals)}: log several "
-            f"speeds, sizes of loop, and rests, which tell them apart (dehyst design plans such a motion)."
+            f"Nearly as much of the same may come from {' and '.join(TITLES[cause.name] for cause in rivals)}: log "
+            f"several speeds, sizes of loop, and rests, which tell them apart (dehyst design plans such a motion)."
         )
     noise = found.noise_share
     if noise is not None and noise >= MOSTLY:
         yield (
-            f"{100.0 * noise:.0f} % of the squared residual is noise, {found.noise_percent:.2g} % of range rms: no "
-            f"model will do much better. Average samples, take a better sensor, or leave it at that."
+            f"{100.0 * noise:.0f} % of the model's squared error is noise, {found.noise_percent:.2g} % of range rms: "
+            f"no model will do much better. Average samples, take a better sensor, or leave it at that."
         )
     elif not said and found.causes:
         yield (
-            "The residual follows none of these, and is more than the noise that is seen: something was not logged. "
-            "Log what else acts on the actuator (load, temperature, supply), and repeat the same strokes: what differs "
-            "between repetitions no model can know."
+            "The error of the model comes from none of these, and is more than the noise that is seen: something was "
+            "not logged. Log what else acts on the actuator (load, temperature, supply), and repeat the same strokes: "
+            "what differs between repetitions no model can know."
         )
 
 

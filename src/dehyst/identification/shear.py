@@ -14,7 +14,7 @@ from dehyst.data.ranges import robust_range
 from dehyst.data.recording import Recording, takes_recordings
 from dehyst.errors import DehystError, ParameterError
 from dehyst.findings import Finding, Grade, grade_of
-from dehyst.identification.cautions import POOR_PERCENT, of_range
+from dehyst.identification.cautions import POOR_PERCENT, of_range, unit_of_gain
 from dehyst.identification.certify import GOOD_PERCENT
 from dehyst.identification.cross_validation import Trial, cross_validate
 from dehyst.identification.data import DataSet, prepare, range_over
@@ -250,7 +250,7 @@ def identify_within(call: Call, records: tuple[Recording, ...], weights: tuple[A
     slope = data.amplitude / data.half_range
     eps = eps_of_gain(gain)
     if eps > slope:
-        unit = _unit_of_gain(records[0])
+        unit = unit_of_gain(records[0])
         raise ParameterError(
             f"max_inverse_gain = {gain:g}{unit} is less than a straight line through this log needs, "
             f"{1.0 / slope:.3g}{unit}. Pass more, for example {3.0 / slope:.1g}: right after a reversal the inverse is "
@@ -311,7 +311,7 @@ def _scale(
         except ValueError:
             raise ParameterError(
                 f"shear = {shear!r:.40} is neither a number nor 'auto'; it is k of u + k y, in "
-                f"{_unit_of_gain(records[0]).strip() or 'units of input over output'}."
+                f"{unit_of_gain(records[0]).strip() or 'units of input over output'}."
             ) from None
     if call.given is not None:
         raise ParameterError(
@@ -391,7 +391,7 @@ def _verdict(fit: Fit, k: float, record: Recording, chosen: bool) -> str:
         grade = "usable with care" + (" (inverse-errs)." if miss > POOR_PERCENT else ".")
     family = "pi, the family that a shear takes" if chosen else fit.family
     return (
-        f"loop sheared by k = {k:.4g}{_unit_of_gain(record)}: {family}, {certificate.nonzero_weights} of "
+        f"loop sheared by k = {k:.4g}{unit_of_gain(record)}: {family}, {certificate.nonzero_weights} of "
         f"{certificate.operators} operators: its inverse, the compensator, gives the applied input back to "
         f"{of_range(miss)} its range rms {where} (the sheared loop itself, which sees the output in its input, "
         f"{judged.rmse_percent:.2f} % of the output's): {grade}"
@@ -442,7 +442,3 @@ def _checked(fit: Fit, gain: float | None) -> Fit:
         f"(--shear), or allow more.",
     )
     return replace(fit, warnings=(*fit.warnings, finding))
-
-
-def _unit_of_gain(record: Recording) -> str:
-    return f" {record.input_unit}/{record.output_unit}" if record.input_unit and record.output_unit else ""

@@ -31,8 +31,8 @@ def parse_window(start: float | None, stop: float | None) -> Window:
     window = (-math.inf if start is None else float(start), math.inf if stop is None else float(stop))
     if not window[0] < window[1]:
         raise TimeError(
-            f"the window from {window[0]:g} s to {window[1]:g} s is empty. --from must be less than --to, both in seconds of the "
-            f"log's own time.",
+            f"the window from {window[0]:g} s to {window[1]:g} s is empty. --from must be less than --to, both in "
+            f"seconds of the log's own time.",
             start=start,
             stop=stop,
         )

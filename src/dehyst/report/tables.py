@@ -10,6 +10,7 @@ import numpy as np
 from dehyst.arrays import Array
 from dehyst.data.recording import Recording
 from dehyst.identification.fit import Fit, Score
+from dehyst.identification.memory import past_in_words
 from dehyst.report.parts import Table
 from dehyst.report.text import bracketed, count, number, opened, plain, with_unit
 
@@ -91,7 +92,7 @@ def _certificate(fit: Fit) -> Table:
             *((name, words) for name, value, words in proved if np.isfinite(value)),
             ("With weight", fit.size or "a curve without memory"),
             ("Thresholds the data did not determine", f"{missing} {unit}".strip() if c.undetermined else "none"),
-            ("Memory before the first sample", c.initial_state),
+            ("Before the log, assumed", past_in_words(c.initial_state)),
         ),
         "The residual: how exactly the optimum was reached. The round trip: how exactly the inverse undoes the model.",
     )

@@ -103,8 +103,8 @@ def structure_figure(fit: Fit) -> Figure | None:
     if not found.causes:
         return None
     caption = (
-        f"How much of the squared residual of the {found.part} part ({number(found.rms_percent)} % of range rms) each "
-        "cause explains by itself. It is fitted to every other block and scored on the blocks between, so noise "
+        f"How much of the model's squared error in the {found.part} part ({number(found.rms_percent)} % of range rms) "
+        "each cause explains by itself. It is fitted to every other block and scored on the blocks between, so noise "
         "explains nothing. Dark: what no other cause explains as well. Causes overlap: shares need not add up to 100 %."
     )
     rows = _rows(found)
@@ -115,12 +115,12 @@ def structure_figure(fit: Fit) -> Figure | None:
     together = 100.0 * found.explained
     shown.append(Bar(TOGETHER, together, OTHER, _percent(found.explained), own=together))
     best = ", ".join(f"{name} {_percent(share)}" for name, share, _, _ in rows)
-    draw = bars(shown, "share of the squared residual [%]", edge=100.0)
+    draw = bars(shown, "share of the squared error [%]", edge=100.0)
     return Figure(
         "structure",
         "What the residual depends on",
         caption,
-        (Panel("Share of the squared residual", draw, f"Bars: {best}.", bar_heights(len(shown))),),
+        (Panel("Share of the squared error", draw, f"Bars: {best}.", bar_heights(len(shown))),),
         table=_table(found, rows),
         points=found.suggestions,
     )
