@@ -1,5 +1,6 @@
 """Settings of the whole suite, and the command line as a fixture."""
 
+import gc
 import os
 import sys
 
@@ -16,6 +17,19 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("dehyst")
+
+# Processes of pytest-xdist have a core each: threads of BLAS would only wait for each other's.
+if "PYTEST_XDIST_WORKER" in os.environ:
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_collection():
+    """Modules and tests stay to the end: to look through them for garbage takes a third of the collection."""
+    gc.disable()
+    yield
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture

@@ -50,12 +50,14 @@ def test_every_family_has_a_row_with_an_error_or_a_reason(found):
         assert entry.invertible or entry.no_inverse or entry.reason
 
 
+@pytest.mark.slow
 def test_rows_are_in_the_order_of_their_held_out_error(found):
     errors = [entry.error_percent for entry in found.entries]
     assert errors == sorted(errors)
     assert found.chosen is found.entries[0]
 
 
+@pytest.mark.slow
 def test_the_chosen_family_is_never_worse_than_what_identify_chooses(found, lagging):
     auto = identify(lagging)
     assert found.auto.family == auto.family
@@ -63,6 +65,7 @@ def test_the_chosen_family_is_never_worse_than_what_identify_chooses(found, lagg
     assert found.chosen.test.rmse <= auto.test.rmse
 
 
+@pytest.mark.slow
 def test_a_row_says_what_a_separate_scoring_of_its_predictions_says(found, lagging):
     mask = found.masks[0]
     for entry in found.entries:
@@ -321,6 +324,7 @@ def test_inverses_of_a_long_log_are_asked_in_windows_from_what_the_applied_input
     assert 0.3 < windows.inverse_percent / whole.inverse_percent < 3.0
 
 
+@pytest.mark.slow
 def test_a_family_is_as_large_in_compare_as_identified_by_its_name():
     """identify --family full-sum said "208 of 208 terms", auto "105 of 317 terms" of the same model."""
     record = example_recording()

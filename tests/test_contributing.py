@@ -160,6 +160,7 @@ def test_the_tests_of_the_figure_shown_pass(drawn):
     assert run_shown(FIGURE_TESTS) == 2
 
 
+@pytest.mark.slow
 def test_the_figure_shown_is_on_the_page_and_among_the_files(drawn, tmp_path):
     fit = fit_by_hand()
     page = write_report(fit, tmp_path / "r.html", figures=tmp_path / "figures").read_text(encoding="utf-8")

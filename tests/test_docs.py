@@ -353,6 +353,7 @@ def test_a_page_without_a_place_for_its_generated_part_is_refused():
         build.with_part("nothing", "x", "new")
 
 
+@pytest.mark.slow
 def test_every_key_of_the_reproduction_is_documented():
     found = demo.experiment().plants[demo.PLANT].figures[0]
     keys = {key for key in keys_of(found) if not key.isdigit() and " " not in key}

@@ -80,6 +80,7 @@ def test_the_model_is_that_of_the_written_log():
     np.testing.assert_allclose(again.run(q, t).u - k * q, found.direct.run(q, t).u, rtol=0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_the_torque_is_what_the_muscles_gave_beyond_the_known_load():
     log, c = identified()["creep"].log, calibrated()
     value = np.polynomial.polynomial.polyval
@@ -89,6 +90,7 @@ def test_the_torque_is_what_the_muscles_gave_beyond_the_known_load():
     np.testing.assert_allclose(given[inside], log["torque_Nm"][inside], rtol=0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_compensators_with_the_same_motions_share_log_and_fit():
     found = identified()
     written = {file.name for file in folder("maxwell-slip").glob("identification*.csv")}
@@ -127,6 +129,7 @@ def test_passes_that_make_it_worse_are_dropped(monkeypatch):
     assert same_bits(best, first)  # the first pass, and it was not touched
 
 
+@pytest.mark.slow
 def test_the_learned_torque_of_a_known_disturbance_is_that_disturbance():
     """The error that a torque d(t) leaves in the position law, integrated in closed form: d is given back."""
     run, controller = trial("slow", "creep"), equipment("creep").controllers[1]

@@ -75,6 +75,7 @@ def test_what_is_kept_changes_no_figure():
     assert evaluate_point(SHORT, run_settings=KIND) == point()  # bit for bit, from the memory of the process
 
 
+@pytest.mark.slow
 def test_another_pole_is_another_run_of_the_same_identification():
     other = point(("controller.pole_1_s", 12.0))
     assert other["inverse_rms_ratio_unseen"] == point()["inverse_rms_ratio_unseen"]

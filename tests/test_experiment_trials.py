@@ -106,6 +106,7 @@ def test_a_compensator_of_ones_own_that_does_the_same_helps_as_much(name):
     assert own < LIMITS[name] and own == pytest.approx(built_in, rel=0.3)
 
 
+@pytest.mark.slow
 def test_a_compensator_of_ones_own_hears_the_whole_motion_from_the_homing_on():
     mine = Delegates(own_inverse())
     run = short("slow", compensators={}, own={1: mine})

@@ -89,7 +89,7 @@ def renew(folder):
     path.write_text(json.dumps(manifest, indent=1) + "\n")
 
 
-@pytest.mark.parametrize("kind", UNITS)
+@pytest.mark.parametrize("kind", [pytest.param(k, marks=pytest.mark.slow if k == "rust" else ()) for k in UNITS])
 def test_what_was_exported_is_signed_off(exports, nothing_compiles, kind):
     assert signed(exports(kind))
 

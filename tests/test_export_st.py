@@ -461,6 +461,7 @@ def test_a_header_says_what_happens_after_a_power_cycle():
     assert len(set(told.values())) == 4
 
 
+@pytest.mark.slow
 def test_a_joint_is_retained_by_the_command_and_verified_and_a_target_without_such_memory_refuses(run, tmp_path):
     play_model().save(tmp_path / "rig.json")
     save_controller(JointControllerParameters(), tmp_path / "controller.json")

@@ -269,6 +269,7 @@ def test_robot_conditions_and_poles_stand_below_the_table(finished):
     assert "on the seven-joint arm with pneumatic muscles, realistic plant, pole 6 1/s (joint 6: 25" in said
 
 
+@pytest.mark.slow
 def test_a_lost_trial_takes_no_other_with_it_and_is_named_with_its_cause(tmp_path, monkeypatch, capsys):
     from dehyst.errors import SimulationError
     from dehyst.robot.experiments import reproduce as experiment

@@ -73,6 +73,7 @@ def missed(found, true):
             yield (number.found - truth) / number.interval
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_as_often_as_they_say():
     found = [list(missed(fitted(seed), drawn_robot(seed))) for seed in range(4)]
     shares = np.abs(np.concatenate(found))
@@ -126,6 +127,7 @@ def test_filling_at_one_length_cannot_tell_valve_and_volume_apart_and_at_two_it_
     assert not volume.told or abs(volume.found - 0.045) <= volume.interval
 
 
+@pytest.mark.slow
 def test_a_joint_tells_its_pulley_and_contraction_by_its_torque():
     true = FILE.with_changes({**ALIKE, "joint.1.radius_m": 0.055, "joint.1.contraction": 0.1})
     time = 0.05 * np.arange(2400)
@@ -173,6 +175,7 @@ def write_log(path, log, **columns):
     return path
 
 
+@pytest.mark.slow
 def test_the_file_written_keeps_what_it_said_and_takes_what_was_told(tmp_path, capsys):
     true, robot, out = drawn_robot(3), tmp_path / "rig.toml", tmp_path / "fitted.toml"
     text = 'extends = "kind"   # mine\n\n[muscle.dmsp40]\nlength_m = 0.4       # ruler\nhysteresis_N = 70.0  # guess\n'

@@ -82,6 +82,7 @@ def test_parameters_have_the_image_of_the_extension():
         assert np.array_equal(np.frombuffer(jobs.image(trial.case.block, "double"), "<u4"), trial.block.dump())
 
 
+@pytest.mark.slow
 def test_parameters_that_are_damaged_are_refused_on_the_target(programs):
     machine, program = programs("cortex-m4f", "float")
     job = bytearray(jobs.job([random_blocks.trials(1, 50, "float")[0].case], "float"))

@@ -70,6 +70,7 @@ def test_a_restart_goes_on_where_it_was_and_a_state_of_another_model_is_refused(
         Watch(MODEL, state=state)
 
 
+@pytest.mark.slow
 def test_memory_stays_flat_over_an_hour_at_a_kilohertz():
     watch, t = Watch(MODEL, cycles=8, every=8), 1e-3 * np.arange(10_000)
     sizes, used = [], []
@@ -339,6 +340,7 @@ def test_the_command_says_at_once_what_it_watches_and_an_alarm_is_a_sentence(tmp
         run.communicate(timeout=60)
 
 
+@pytest.mark.slow
 def test_the_command_says_where_its_state_is_and_whether_it_goes_on(tmp_path):
     (tmp_path / "log.csv").write_text("time_s,input,output\n0,0,0\n1,1,1\n")
     watch = ("--follow", "log.csv", "--until-silent", "0.1", "--state", "kept")

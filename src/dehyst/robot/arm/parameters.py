@@ -151,7 +151,7 @@ class Robot(Tables):
         ParameterError
             If a key does not exist, or a value cannot stand there.
         """
-        return _robot(self.values, changes, "robot", self.folder)
+        return _robot(dict(self.raw), changes, "robot", self.folder)
 
 
 def load_robot(
@@ -287,13 +287,24 @@ def _refuse_idle(values: Mapping[str, Any], key: str, value: object, source: str
             f"{source}: {key} = {shown(value)} changes nothing. Name keys below it with their values, or leave it out.",
             key=key,
         )
+    if isinstance(value, Mapping) or _holds(values, key):
+        return
     known = dotted(Tables, values)
-    if not isinstance(value, Mapping) and not any(f"{each}.".startswith(f"{key}.") for each in known):
+    if not any(f"{each}.".startswith(f"{key}.") for each in known):
         raise ParameterError(
             f"{source}: there is no key {shown(key)}.{did_you_mean(key, known)} A key is TABLE.KEY or TABLE.NAME.KEY "
             f"with its unit, e.g. joint.1.radius_m; tables: {', '.join(entries(Tables))}.",
             key=key,
         )
+
+
+def _holds(values: Any, key: str) -> bool:
+    """Whether there is a value at this dotted key: the quick answer for most of them."""
+    for part in key.split("."):
+        if not isinstance(values, Mapping) or part not in values:
+            return False
+        values = values[part]
+    return True
 
 
 def _empty(value: object, depth: int = 3) -> bool:

@@ -279,11 +279,20 @@ def respond(robot: Robot, number: int, log: RigLog, zero: float = 0.0, load: flo
     zero, load
         Of a log of angles: the joint's angle where the log has zero, and the constant torque. [deg], [Nm]
     """
-    if not log.of_joint:
-        robot = robot.with_changes({f"joint.{number}.parallel": 1})
+    return _course(robot.with_changes(_driven(robot, number, log)), number, log, zero, load)
+
+
+def _driven(robot: Robot, number: int, log: RigLog) -> dict[str, Any]:
+    """Changes by which a joint moves as in the log: one muscle alone, or every sample at rest."""
+    changes: dict[str, Any] = {} if log.of_joint else {f"joint.{number}.parallel": 1}
     if log.time is None:
         names = set(robot.joint(number).driven) - {SPRING}
-        robot = robot.with_changes({**AT_REST, **{f"muscle.{name}.viscous_force_N": 0.0 for name in names}})
+        changes |= {**AT_REST, **{f"muscle.{name}.viscous_force_N": 0.0 for name in names}}
+    return changes
+
+
+def _course(robot: Robot, number: int, log: RigLog, zero: float = 0.0, load: float = 0.0) -> Array:
+    """What `respond` returns, of a robot with what the log is `_driven` by."""
     physics = pneumatic_joint_parameters(robot, number, 0)
     radius, length = physics["arm"][0][0], physics["muscle"][0]["length"]
     if not log.of_joint:  # how it is led to a joint does not matter
@@ -406,6 +415,7 @@ class _Problem:
 
     def __init__(self, robot: Robot, number: int, logs: Sequence[RigLog], free: list[Free]) -> None:
         self.robot, self.number, self.logs, self.free = robot, number, logs, free
+        self.driven = [_driven(robot, number, log) for log in logs]
         self.weight: Array = np.ones(len(logs))
         self.scale = np.array([each.doubt for each in free])
         self.bounds = np.array([[each.low, each.high] for each in free]).T
@@ -427,8 +437,9 @@ class _Problem:
         return {each.key: value for each, value in zip(self.free, x.tolist(), strict=True) if each.key in OFFSETS}
 
     def responses(self, x: Array) -> list[Array]:
-        robot = self.robot.with_changes(self.changes(x))
-        return [respond(robot, self.number, log, **self.offsets(x)) for log in self.logs]
+        changes, offsets = self.changes(x), self.offsets(x)
+        robots = (self.robot.with_changes(changes | driven) for driven in self.driven)  # one each: checks take long
+        return [_course(robot, self.number, log, **offsets) for robot, log in zip(robots, self.logs, strict=True)]
 
     def missed(self, x: Array) -> list[Array]:
         """Of each log, of the samples that are fitted."""
