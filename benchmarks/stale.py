@@ -1,30 +1,45 @@
-"""Sixteen changes of a joint after its identification: rms error with a compensator over that without.
+"""Eighteen changes of a joint after its identification: rms error without compensator, with the paper's, with the best.
 
-python benchmarks/stale.py [--joint 1] [--seed 0] [--conditions realistic] [--only "hysteresis gone" "payload 2 kg"]
+python benchmarks/stale.py [--joints 1 4] [--seeds 0 1 2 3 4] [--conditions realistic] [--only "payload 2 kg" ...]
+    [--jobs 2] [--out docs/generate/stale.csv]
 
 Identified on the arm as it is; then the plant changes and the controller is told nothing. Slow trial at a fifth of
-the speed, fast trial with two cycles. Beside each figure: what the controller says there is of the hysteresis, and its
-flags: S (stale), with when it was raised, and O (an offset). Status 1 if `best` is above 1.05 of off.
+the speed, fast trial with two cycles. Beside each error: what the controller says there is of the hysteresis, and when
+it raised its flags stale and shifted. A case that the file has already is not run again. docs/build.py makes the table
+of docs/explanation/adaptation.md from the file. Status 1 if `best` is above 1.05 of off.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
+import itertools
+import math
 import sys
 import warnings
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from dehyst.control.joint import FLAGS
-from dehyst.robot.arm.parameters import Robot, load_robot
+from dehyst.robot.arm.arm import Arm
+from dehyst.robot.arm.parameters import load_robot
 from dehyst.robot.experiments import point
+from dehyst.robot.experiments.calibration import SPACING, excite, home
 from dehyst.robot.experiments.path import plan_path
 from dehyst.robot.experiments.recipes import recipe
+from dehyst.robot.experiments.results import Characteristic
 from dehyst.robot.experiments.trials import run_trial
 
+OUT = Path(__file__).parents[1] / "docs" / "generate" / "stale.csv"
+COLUMNS = ("conditions", "change", "joint", "seed", "trial", "compensator", "rms_mdeg", "hysteresis", "stale_s",
+           "shifted_s")  # fmt: skip
 SHORT = {"path.cycles_fast": 2, "path.slow_factor": 5.0}
 TOOL = (6398.4, 0.122366, 10.47143, 2.023288, 0.25, 620000.0)
+WARM = "cold to warm"
 CHANGES: dict[str, dict[str, object]] = {
     "none": {},
     "hysteresis x 0.7": {"hysteresis.scale": 0.7},
@@ -42,53 +57,67 @@ CHANGES: dict[str, dict[str, object]] = {
     "creep x 2": {"hysteresis.creep": 2.0},
     "tolerances 20 % and 5 %": {"tolerance.hysteresis": 0.2, "tolerance.force": 0.05},
     "supply - 10 %": {"air.supply_bar": 6.3},
+    WARM: {},
+    f"{WARM}, six times the warmth": {"muscle.dmsp40.warming_K_W": 12.0, "muscle.dmsp20.warming_K_W": 36.0},
 }
 TOLD = ("controller.",)  # what a controller is told of
-RAISED = {"S": "stale", "O": "shifted"}  # letter -> flag
+STROKES_S, STROKE_S, REACH = 1200.0, 3.0, 0.6  # that warm muscles up: two time constants, period, share of the range
 
 
-def _over(error: np.ndarray, without: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(error**2) / np.mean(without**2)))
+def warmed(arm: Arm, characteristics: Mapping[int, Characteristic]) -> None:
+    """Strokes until the muscles are warm, then the homing; nobody tells the controllers."""
+    t = SPACING * np.arange(round(STROKES_S / SPACING) + 1)
+    reach = [REACH * arm.robot.joint(n).range if n in characteristics else 0.0 for n in arm.moving]
+    excite(arm, np.sin(2 * np.pi / STROKE_S * t)[:, None] * np.array(reach), characteristics, every_s=1.0)
+    warmth = {n: [round(w, 1) for w in plant.state["warmth"]] for n, plant in arm._plants.items()}
+    print("warmer than the room [K]:", warmth, flush=True)
+    home(arm, characteristics)
 
 
-def measured(known: Robot, name: str, number: int, seed: int) -> list[str]:
-    changes = CHANGES[name]
+def measured(conditions: str, name: str, number: int, seed: int) -> Iterator[tuple[object, ...]]:
+    """Rows of a case."""
+    known, changes = load_robot(changes=SHORT, conditions=conditions), CHANGES[name]
     plant = known.with_changes(changes)
     told = known.with_changes({key: value for key, value in changes.items() if key.startswith(TOLD)})
-    wanted = {one: recipe(one) for one in ("paper", "best")}
-    prepared = point._prepared(told, told, wanted, number, "joint", seed)
-    path, cells = plan_path(known), []
-    for trial in ("slow", "fast"):
-        without = np.zeros(0)
-        for compensator in ("off", "paper", "best"):
-            equipment = replace(prepared["paper" if compensator == "off" else compensator][0], known=told)
-            run, _ = run_trial(plant, path, equipment, trial, compensator, (number,))
-            error, flags = run.error[:, number - 1], run.flags[:, number - 1]
-            if compensator == "off":
-                without = error
-                continue
-            said = "".join(f" {letter}" for letter, flag in RAISED.items() if (flags & FLAGS[flag]).any())
-            stale = np.flatnonzero(flags & FLAGS["stale"])
-            if stale.size:
-                said += f" from {run.time[stale[0]]:.0f} s"
-            cells.append(f"{_over(error, without):.3f} ({run.hysteresis[-1, number - 1]:.2f}{said})")
-    return cells
+    prepared = point._prepared(told, told, {one: recipe(one) for one in ("paper", "best")}, number, "joint", seed)
+    path = plan_path(known)
+    for trial, compensator in itertools.product(("slow", "fast"), ("off", "paper", "best")):
+        kit = replace(prepared["paper" if compensator == "off" else compensator][0], known=told)
+        kit = replace(kit, history=warmed) if name.startswith(WARM) else kit
+        run, _ = run_trial(plant, path, kit, trial, compensator, (number,))
+        error, flags = run.error[:, number - 1], run.flags[:, number - 1]
+        raised = (np.flatnonzero(flags & FLAGS[flag]) for flag in ("stale", "shifted"))
+        since = [f"{run.time[when[0]]:.1f}" if when.size and compensator != "off" else "" for when in raised]
+        rms = 1e3 * math.degrees(math.sqrt(np.mean(error**2)))
+        found = run.hysteresis[-1, number - 1]
+        yield (conditions, name, number, seed, trial, compensator, f"{rms:.3f}", f"{found:.2f}", *since)
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--joint", type=int, default=1)
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--joints", nargs="+", type=int, default=[1, 4])
+    parser.add_argument("--seeds", nargs="+", type=int, default=[0, 1, 2, 3, 4])
     parser.add_argument("--conditions", default="realistic", choices=["kind", "realistic"])
     parser.add_argument("--only", nargs="+", default=list(CHANGES), choices=list(CHANGES))
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--out", type=Path, default=OUT)
     options = parser.parse_args()
     warnings.simplefilter("ignore", UserWarning)  # flags are in the table
-    known, bad = load_robot(changes=SHORT, conditions=options.conditions), False
-    print(f"{options.conditions}, joint {options.joint} | slow: paper | best | fast: paper | best")
-    for name in options.only:
-        cells = measured(known, name, options.joint, options.seed)
-        bad = bad or max(float(cell.split()[0]) for cell in cells[1::2]) > 1.05
-        print(" | ".join([name, *cells]), flush=True)
+    if not options.out.exists():
+        options.out.write_text(",".join(COLUMNS) + "\n", encoding="utf-8")
+    with options.out.open(encoding="utf-8", newline="") as file:
+        done = {(r["conditions"], r["change"], int(r["joint"]), int(r["seed"])) for r in csv.DictReader(file)}
+    cases = itertools.product(options.seeds, options.joints, options.only)
+    wanted = [case for s, n, name in cases if (case := (options.conditions, name, n, s)) not in done]
+    bad = False
+    with ThreadPoolExecutor(options.jobs) as pool:  # the simulation does not hold Python's lock
+        for rows in pool.map(lambda case: list(measured(*case)), wanted):
+            with options.out.open("a", encoding="utf-8", newline="") as file:
+                csv.writer(file, lineterminator="\n").writerows(rows)
+            off, paper, best = (np.array([float(row[6]) for row in rows[k::3]]) for k in range(3))
+            bad = bad or bool((best > 1.05 * off).any())
+            ratios = np.round([paper / off, best / off], 3).tolist()
+            print(*rows[0][:4], "slow, fast: paper", ratios[0], "best", ratios[1], flush=True)
     return int(bad)
 
 

@@ -45,15 +45,15 @@ if __name__ == "__main__":
     wanted, switches = [number["reference_angle"] + k for k in range(7)], [number[f"{word}_on"] for word in SWITCHES]
     _ = fmu.setupExperiment() if version == "fmu2" else None
     fmu.enterInitializationMode()
-    put(sensors, bench.start)  # the controller starts where the sensors are
+    put(sensors, bench.reset()[0])  # the controller starts where the sensors are
     fmu.setBoolean(switches, [True] * len(switches))
     fmu.exitInitializationMode()
-    angle = np.empty(inside.time.size)
+    angle, seen = np.empty(inside.time.size), bench.sense()[0]
     for k, row in enumerate(reference.sampled(bench.period).values[:-1, 0]):
-        angle[k] = bench.angle
-        put(sensors + wanted, [*bench.sense(), *row[:7]])
+        angle[k] = bench.angles[0]
+        put(sensors + wanted, [*seen, *row[:7]])
         fmu.doStep(k * bench.period, bench.period)
-        bench.step(*get(valves), hung=row[7])
+        seen = bench.step([get(valves)], hung=row[7])[0]
     rms = np.degrees(np.std((angle - inside.desired[:, 0])[-8000:]))
     print(f"{version}: {angle.size} periods, deviation from the path {rms:.3f} deg rms")
     print(f"same run as with the built-in controller: {np.array_equal(angle, inside.angle[:, 0])}")

@@ -314,15 +314,18 @@ def sensing(tmp_path_factory):
     put_in(arm / "tables.py", r"\n\n@dataclass\(frozen=True\)\nclass Base", SENSOR_KEYS)
     put_in(arm / "arm.toml", r"\n# The chain:", SENSOR_NUMBERS)
     (folder / "native" / "alone.cpp").write_text(
-        '#include "arrays.h"\nNB_MODULE(alone, m) { bind_plant(m); }\n', encoding="utf-8"
+        '#include "arrays.h"\nNB_MODULE(alone, m) { bind_plant(m); bind_robot(m); }\n', encoding="utf-8"
     )
     home, native = Path(nanobind.include_dir()).parent, folder / "native"
-    includes = [folder / "plant", ROOT / "engine", ROOT / "core", home / "include", home / "ext/robin_map/include"]
+    includes = [folder / "plant", *(ROOT / name for name in ("engine", "core", "reviewed"))]
+    includes += [home / "include", home / "ext/robin_map/include"]
     flags = ["-fPIC", "-ffp-contract=off", "-O1", *(f"-I{path}" for path in includes)]
     flags += [f"-I{sysconfig.get_paths()['include']}"]
-    c = [*sorted((folder / "plant").glob("*.c")), ROOT / "engine" / "patience.c"]
-    cpp = [native / "alone.cpp", native / "plant.cpp", native / "plant_parameters.cpp", home / "src/nb_combined.cpp"]
-    objects = [folder / f"{source.stem}.o" for source in (*c, *cpp)]
+    c = [*(folder / "plant").glob("*.c"), *(ROOT / "core").glob("*.c"), *(ROOT / "reviewed").glob("*.c")]
+    c = [*sorted(c), ROOT / "engine" / "patience.c"]
+    own = ("alone", "plant", "plant_parameters", "robot")
+    cpp = [*(native / f"{name}.cpp" for name in own), home / "src/nb_combined.cpp"]
+    objects = [folder / f"{k}.o" for k in range(len(c) + len(cpp))]
     for source, target in zip((*c, *cpp), objects, strict=True):
         compiler = ("gcc", "-std=c11") if source in c else ("g++", "-std=c++17", "-fvisibility=hidden")
         subprocess.run([*compiler, "-DNB_DOMAIN=alone", *flags, "-c", source, "-o", target], check=True, timeout=600)
@@ -334,7 +337,7 @@ def sensing(tmp_path_factory):
 @pytest.mark.slow
 def test_the_tests_of_the_sensor_shown_pass(sensing):
     (sensing / "test_shown.py").write_text(SENSOR_TESTS, encoding="utf-8")
-    begin = "import alone, dehyst.robot.arm.joints as joints; joints.PneumaticJoint = alone.PneumaticJoint"
+    begin = "import alone, dehyst._native as n; n.PneumaticJoint, n.ClosedLoop = alone.PneumaticJoint, alone.ClosedLoop"
     program = f"import sys; sys.path.insert(0, '.'); {begin}; import test_shown as t\n" + (
         "for name in dir(t):\n    if name.startswith('test_'): getattr(t, name)(); print(name)\n"
         "shown = t.run(t.ROBOT, 200)[0]; print(*(shown[name].tobytes().hex() for name in list(shown)[:3]))"
@@ -348,8 +351,7 @@ def readings_without():
     """What the sensors show in the run of the shown test, in the plant as it is."""
     bench, rows = JointBench(load_robot(), 2, seed=3), []
     for _ in range(200):
-        rows.append(bench.sense())
-        bench.step(0.3, -0.3)
+        rows.append(bench.step([[0.3, -0.3]])[0])
     return np.array(rows).T.copy()
 
 

@@ -10,23 +10,10 @@ from gymnasium.utils.env_checker import check_env
 
 import dehyst
 from dehyst.errors import ParameterError, SimulationError
-from dehyst.robot.arm import Drives, JointBench, load_robot
+from dehyst.robot.arm import Drives, load_robot
 
 ROBOT = load_robot(conditions="kind")
 EXAMPLE = Path(__file__).parents[1] / "examples" / "learn_to_reach.py"
-
-
-@pytest.mark.parametrize("conditions", ["kind", "realistic"])
-def test_drives_of_one_joint_are_the_joint_bench_to_the_bit(conditions):
-    robot = load_robot(conditions=conditions, changes={"air.supply_volume_l": 0.0})
-    bench, drives = JointBench(robot, 1, seed=3), Drives(robot, (1,), seed=3)
-    seen = drives.reset()
-    assert tuple(seen[0]) == tuple(bench.start)
-    for k in range(300):
-        valve = 0.5 * np.sin(0.05 * k)
-        bench.step(valve, -valve)
-        assert tuple(drives.step([[valve, -valve]])[0]) == tuple(bench.sense())
-    assert drives.angles[0] == bench.angle != 0.0
 
 
 def test_ticks_hold_a_command_and_a_reset_gives_the_same_again():

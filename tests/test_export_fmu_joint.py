@@ -109,15 +109,16 @@ def test_the_fmu_in_the_loop_gives_the_run_of_the_controller_inside(fmu):
     if version == 2:
         slave.setupExperiment()
     slave.enterInitializationMode()
-    put(inputs[:3], bench.start)
+    put(inputs[:3], bench.reset()[0])
     slave.exitInitializationMode()
+    seen = bench.sense()[0]
     for k, (row, bits) in enumerate(zip(fine.values[:-1, 0], fine.switches[:-1, 0], strict=True)):
-        put(inputs, [*bench.sense(), *row[:7]])
+        put(inputs, [*seen, *row[:7]])
         slave.setBoolean(on, [bool(bits & bit) for bit in SWITCHES.values()])
         slave.doStep(k * PERIOD, PERIOD)
         valve_1, valve_2, *rest = get(outputs)
-        found.append((bench.angle, *rest))
-        bench.step(valve_1, valve_2, row[7])
+        found.append((bench.angles[0], *rest))
+        seen = bench.step([[valve_1, valve_2]], hung=row[7])[0]
     slave.terminate()
     slave.freeInstance()
     assert np.array_equal(found, np.column_stack([inside.angle, inside.integrator, inside.compensation]))

@@ -16,8 +16,8 @@ from mujoco import rollout
 
 from dehyst.errors import MissingExtraError, ParameterError
 from dehyst.robot import mujoco_plugin
-from dehyst.robot.arm import load_robot
-from dehyst.robot.arm.joints import JointBench, built_plant
+from dehyst.robot.arm import JointBench, load_robot
+from dehyst.robot.arm.joints import built_plant
 from dehyst.robot.arm.rigid_body import arm_mjcf
 from dehyst.robot.mujoco_plugin import actuator_xml, load
 
@@ -63,14 +63,14 @@ def test_with_valves_it_moves_as_the_bench_does(mechanism):
     bench, (model, data) = JointBench(robot, 1), as_plugin(robot, "valve")
     angles = []
     for k in range(6000):
-        bench.step(*valves(k))
+        bench.step([valves(k)])
         data.ctrl[:] = valves(k)
         mujoco.mj_step(model, data)
-        angles.append((bench.angle, data.qpos[0]))
+        angles.append((bench.angles[0], data.qpos[0]))
     ours, theirs = np.array(angles).T
     assert np.ptp(ours) > 0.2
     np.testing.assert_allclose(theirs, ours, rtol=0, atol=1e-9)
-    plant = bench._plant.state
+    plant = bench._plants[1].state
     for m, at in enumerate(model.plugin_stateadr):
         expected = [plant[name][m] for name in ("pressure", "contraction", "force", "friction")]
         expected[0] -= robot.air.ambient

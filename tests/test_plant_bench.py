@@ -14,9 +14,9 @@ from dehyst.robot.arm import Arm, JointBench, Reference, load_robot
 ON = sum(SWITCHES.values())
 
 
-@pytest.fixture(scope="module")
-def robot():
-    return load_robot(conditions="kind")
+@pytest.fixture(scope="module", params=["kind", "realistic"])
+def robot(request):
+    return load_robot(conditions=request.param)
 
 
 def swing(spacing=0.01, duration=1.5):
@@ -38,15 +38,14 @@ def test_a_controller_outside_gives_the_run_of_the_one_inside(robot):
     log = arm.run(reference, every_s=robot.simulation.period)
     bench = JointBench(robot, 1, seed=3)
     controller = JointController(JointControllerParameters(), compensator())
-    controller.reset(*bench.start)
+    controller.reset(*bench.reset()[0])
     found = []
-    fine = reference.sampled(bench.period)
+    fine, seen = reference.sampled(bench.period), bench.sense()[0]
     for row, switches in zip(fine.values[:-1, 0], fine.switches[:-1, 0], strict=True):
-        reading = bench.sense()
-        assert bench.sensed == reading._asdict()
-        out = controller.step(*reading, JointReference(*row[:7]), int(switches))
-        found.append((bench.angle, *reading, out.integrator, out.compensation, out.flags))
-        bench.step(out.valve_1, out.valve_2, row[7])
+        assert list(bench.sensed(1).values()) == seen.tolist()
+        out = controller.step(*seen, JointReference(*row[:7]), int(switches))
+        found.append((bench.angles[0], *seen, out.integrator, out.compensation, out.flags))
+        seen = bench.step([[out.valve_1, out.valve_2]], hung=row[7])[0]
     inside = np.column_stack([log.angle, log.measured, log.pressure[:, 0], log.integrator, log.compensation, log.flags])
     assert np.array_equal(np.array(found), inside)
     assert np.ptp(log.angle) > 0.1
@@ -70,11 +69,12 @@ def test_a_reference_sampled_at_every_period_is_what_the_loop_interpolates(robot
 
 def test_a_bench_begins_anew_after_a_reset(robot):
     bench = JointBench(robot, 2, seed=1)
-    first = [(bench.sense(), bench.step(0.5, -0.5))[0] for _ in range(50)]
-    bench.reset()
-    assert first == [(bench.sense(), bench.step(0.5, -0.5))[0] for _ in range(50)]
-    assert bench.angle != 0
-    assert JointBench(robot, 2, seed=2).start != bench.start
+    start = bench.reset()
+    first = [bench.step([[0.5, -0.5]]).tolist() for _ in range(50)]
+    assert np.array_equal(bench.reset(), start)
+    assert first == [bench.step([[0.5, -0.5]]).tolist() for _ in range(50)]
+    assert bench.angles[0] != 0 and bench.velocities[0] != 0
+    assert not np.array_equal(JointBench(robot, 2, seed=2).reset(), start)
 
 
 def test_an_electric_joint_is_refused_by_name(robot):

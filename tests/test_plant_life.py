@@ -336,6 +336,5 @@ def test_a_bench_takes_mechanisms_of_ones_own():
     own = (Nothing(), Nothing())
     bench = JointBench(load_robot(conditions="kind"), 1, mechanisms=own)
     for _ in range(10):
-        bench.sense()
-        bench.step(0.1, 0.0)
+        bench.step([[0.1, 0.0]])
     assert [each.asked for each in own] == [10, 10]

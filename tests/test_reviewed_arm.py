@@ -177,7 +177,7 @@ def test_every_controller_runs_the_whole_arm():
 
 def test_a_law_for_a_joint_without_muscles_is_refused():
     kit = equipment()
-    with pytest.raises(ParameterError, match="a law for joint 3, which has no muscles"):
+    with pytest.raises(ParameterError, match="a controller for joint 3, which has no muscles"):
         Arm(robot(), moving=(1, 3), controllers=kit.controllers, laws={3: PidController()})
     with pytest.raises(ParameterError, match="does not move"):
         Arm(robot(), moving=(1,), controllers=kit.controllers, laws={2: PidController()})

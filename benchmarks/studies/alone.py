@@ -178,9 +178,9 @@ def to_start(arm: Arm, goal: Array) -> tuple[Array, Array, Array]:
     """Motion (K, n) at knots of 10 ms from where the joints are to a goal (n,), and a rest there."""
     t = 0.01 * np.arange(round((APPROACH_S + 2 * REST_S) / 0.01) + 1)
     u = np.clip((t - REST_S) / APPROACH_S, 0.0, 1.0)[:, None]
-    way = goal - arm.angles
+    way = goal - arm.encoder_angles
     return (
-        np.asarray(arm.angles + way * u**3 * (10 - 15 * u + 6 * u**2)),
+        np.asarray(arm.encoder_angles + way * u**3 * (10 - 15 * u + 6 * u**2)),
         np.asarray(way * 30 * u**2 * (1 - u) ** 2 / APPROACH_S),
         np.asarray(way * 60 * u * (1 - u) * (1 - 2 * u) / APPROACH_S**2),
     )

@@ -112,7 +112,7 @@ def _piece(joint: Alone, arm: Arm, draw: np.random.Generator) -> tuple[Reference
     """A piece of operation, and how many faults are in it."""
     t: Array = np.asarray(SPACING * np.arange(round(PIECE_S / SPACING) + 1))
     reach = 0.6 * joint.robot.joint(joint.number).range
-    motion = _strokes(t, float(arm.angles[0]), reach, draw)
+    motion = _strokes(t, float(arm.encoder_angles[0]), reach, draw)
     on = POSITION | COMPENSATOR | ADAPT
     on |= (INTEGRATOR if draw.random() < 0.5 else 0) | (DISTURBANCE if draw.random() < 0.5 else 0)
     hung = draw.choice([0.0, 0.0, 8.0, -8.0]) * np.clip((t - 5.0) / draw.choice([1e-6, 2.0]), 0.0, 1.0)

@@ -66,7 +66,7 @@ def hold(joint: Alone, switches: int = 0, *, integrator: bool = False, lasting: 
     on = POSITION | (INTEGRATOR if integrator else 0)
     on |= (COMPENSATOR | switches) if joint.model is not None else 0
     t = 0.01 * np.arange(round((1 + 2 * STROKE_S + SETTLE_S + lasting) / 0.01) + 1)
-    motion = there_and_part_back(np.asarray(t), float(arm.angles[0]))
+    motion = there_and_part_back(np.asarray(t), float(arm.encoder_angles[0]))
     mean = joint.robot.controller.mean_pressure
     log = arm.run(Reference.motion(0.01, motion, arm.feedforward(*motion), mean, on), every_s=0.1)
     rest = log.time >= 1 + 2 * STROKE_S + SETTLE_S
@@ -120,7 +120,7 @@ def _with_gain(joint: Alone, switches: int, gain: float) -> Gain:
     reference = Reference.motion(SLICE_S, path, arm.feedforward(*path), joint.robot.controller.mean_pressure, on)
     integral, torque, error = 0.0, np.zeros(angle.size - 1), np.zeros(angle.size - 1)
     for k in range(angle.size - 1):
-        integral += rate * float(angle[k, 0] - arm.angles[0])
+        integral += rate * float(angle[k, 0] - arm.encoder_angles[0])
         values = reference.values[k : k + 2].copy()
         values[:, :, 3] += integral
         log = arm.run(Reference(SLICE_S, values, reference.switches[k : k + 2]), every_s=SLICE_S)

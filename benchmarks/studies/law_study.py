@@ -5,12 +5,13 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from typing import cast
 
 import numpy as np
 
 from dehyst.arrays import rank
 from dehyst.control import SWITCHES, JointController, JointReference
-from dehyst.control.reviewed import VoMinhController
+from dehyst.control.reviewed import Law, VoMinhController
 from dehyst.errors import ParameterError, SimulationError
 from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.experiments.calibration import OBSERVER_RATIO
@@ -101,7 +102,7 @@ def period_cost(joint: Joint, controller: str, compensator: str, ticks: int = TI
     _, equipment = under_controller(joint.robot, joint.equipped(compensator), controller)
     number = joint.number
     told = equipment.controllers[number]
-    one = JointController(told, equipment.compensators.get(number), law=equipment.laws.get(number))
+    one = JointController(told, equipment.compensators.get(number), law=cast(Law | None, equipment.laws.get(number)))
     t = told.period * np.arange(ticks)
     q = 0.3 * np.sin(t)
     noise = told.angle_step * np.random.default_rng(0).integers(-1, 2, ticks)

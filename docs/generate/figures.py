@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import itertools
 import json
+import runpy
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -49,7 +51,8 @@ STYLE: dict[str, Any] = {
     "svg.fonttype": "path",  # letters as outlines: the same picture wherever it is shown
     "path.simplify_threshold": 0.2,
 }
-INTEGRATOR = Path(__file__).parents[2] / "benchmarks" / "results" / "integrator.json"
+ROOT = Path(__file__).parents[2]
+INTEGRATOR = ROOT / "benchmarks" / "results" / "integrator.json"
 STEP = 0.02  # sampling time of the simulated joint [s]
 
 
@@ -348,6 +351,19 @@ def integrator() -> Figure:
     return figure
 
 
+def learning() -> Figure:
+    """What examples/learn_to_reach.py leaves of the distance from the target, round by round: a minute."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        errors = runpy.run_path(str(ROOT / "examples" / "learn_to_reach.py"))["learn"]()
+    figure = Figure(figsize=(5.6, 2.6), layout="constrained")
+    axes = figure.subplots()
+    axes.plot(errors, color=BLUE, marker="o", ms=4)
+    axes.set(title="Distance from the target", xlabel="round of 24 tries", ylabel="mean [deg]", ylim=(0, 12))
+    for k, value in ((0, errors[0]), (len(errors) - 1, errors[-1])):
+        axes.annotate(f"{value:.1f}", (k, value), (4, 6), textcoords="offset points", color=INK)
+    return figure
+
+
 FIGURES: dict[str, Callable[[], Figure]] = {
     "arm": arm,
     "loop": loop,
@@ -361,6 +377,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "bouc-wen": bouc_wen.figure,
     "which-model": which_model.figure,
     "reviewed-controllers": reviewed.figure,
+    "learning": learning,
 } | model_figures.figures()
 if INTEGRATOR.exists():
     FIGURES["integrator"] = integrator

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
     from dehyst.control import Block as Block
     from dehyst.control import Compensator as Compensator
+    from dehyst.control import Controller as Controller
     from dehyst.control import InverseCompensator as InverseCompensator
     from dehyst.control import JointController as JointController
     from dehyst.control import JointControllerParameters as JointControllerParameters
@@ -67,6 +68,7 @@ if TYPE_CHECKING:
     from dehyst.report import write_report as write_report
     from dehyst.robot.arm import Arm as Arm
     from dehyst.robot.arm import Drives as Drives
+    from dehyst.robot.arm import JointBench as JointBench
     from dehyst.robot.arm import Mechanism as Mechanism
     from dehyst.robot.arm import Reference as Reference
     from dehyst.robot.arm import Robot as Robot
@@ -104,7 +106,7 @@ def _refuse_subinterpreter() -> None:
 _refuse_subinterpreter()
 
 _ROOMS = {
-    "dehyst.control": "Block Compensator InverseCompensator JointController JointControllerParameters",
+    "dehyst.control": "Block Compensator Controller InverseCompensator JointController JointControllerParameters",
     "dehyst.data.recording": "Recording",
     "dehyst.design": ("ExcitationPlan Homing Limits design_drift_motion design_excitation home_model shortest_homing"),
     "dehyst.errors": "DehystError",
@@ -121,7 +123,7 @@ _ROOMS = {
     "dehyst.monitoring": "Drift drift",
     "dehyst.monitoring.evaluate": "Evaluation evaluate",
     "dehyst.report": "as_html plot write_comparison_report write_drift_report write_report",
-    "dehyst.robot.arm": "Arm Drives Mechanism Reference Robot load_robot",
+    "dehyst.robot.arm": "Arm Drives JointBench Mechanism Reference Robot load_robot",
     "dehyst.robot.gym": "gym",
     "dehyst.robot.experiments.calibration": "calibrate",
     "dehyst.robot.experiments.equipment": "Equipment equip",

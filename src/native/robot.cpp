@@ -2,6 +2,7 @@
 //
 // The rigid body is MuJoCo's, stepped through the address of its own mj_step: nothing of it is linked or included, so
 // that one build serves every version of it.
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -62,6 +63,8 @@ struct Axis {
     Learned learned;
     dehyst_joint_sensors last{};
     nb::object keep_plant, keep_control;
+    nb::object own;         // a controller in Python, in the place of `control` while the position is controlled
+    bool in_charge = false; // it was, in the period before
 };
 
 // Reference between two knots: cubic in the angle, linear in everything else.
@@ -91,13 +94,14 @@ class ClosedLoop {
         require(period > 0, "the period must be positive");
     }
 
-    void add_pneumatic(nb::object plant, nb::object control)
+    void add_pneumatic(nb::object plant, nb::object control, nb::object own)
     {
         Axis axis;
         axis.plant = nb::cast<PneumaticJoint *>(plant);
         axis.control = control.is_none() ? nullptr : nb::cast<JointController *>(control);
         axis.keep_plant = std::move(plant);
         axis.keep_control = std::move(control);
+        if (!own.is_none()) axis.own = std::move(own);
         axes_.push_back(std::move(axis));
     }
 
@@ -108,21 +112,24 @@ class ClosedLoop {
         axes_.push_back(std::move(axis));
     }
 
-    // Sensors of every pneumatic joint see the present pose; controllers start from what they see, `blind`: without any
-    // knowledge of the past.
-    void reset_controllers(bool blind)
+    // Controllers start from what the sensors see now, which is returned, (n, 3); `blind`: without any knowledge of the
+    // past.
+    Matrix reset_controllers(bool blind)
     {
+        std::vector<double> seen(3 * axes_.size());
+        look(seen.data());
         for (std::size_t j = 0; j < axes_.size(); ++j) {
             Axis &axis = axes_[j];
-            if (axis.plant == nullptr) continue;
-            plant_reading reading{};
-            plant_joint_sense(&axis.plant->joint, &axis.plant->state, position_.data()[j], period_, &reading);
+            axis.in_charge = false;
+            if (axis.control == nullptr) continue;
+            const double *at = seen.data() + 3 * j;
             if (blind) {
-                axis.control->restart(reading.angle, reading.pressure_1, reading.pressure_2, false);
+                axis.control->restart(at[0], at[1], at[2], false);
             } else {
-                axis.control->reset(reading.angle, reading.pressure_1, reading.pressure_2);
+                axis.control->reset(at[0], at[1], at[2]);
             }
         }
+        return given(std::move(seen));
     }
 
     // knots (K, n, 8), switches (K, n): valid from their knot on. Runs (K - 1) intervals of `ticks` periods.
@@ -133,7 +140,8 @@ class ClosedLoop {
         require(knots.shape(0) >= 2 && knots.shape(1) == n && knots.shape(2) == kReference, "knots must be (K, n, 8)");
         require(switches.shape(0) == knots.shape(0) && switches.shape(1) == n, "switches must be (K, n)");
         require(ticks > 0 && every > 0, "ticks and every must be positive");
-        for (const Axis &axis : axes_) require(axis.plant == nullptr || axis.control != nullptr, "a joint has no controller");
+        for (const Axis &axis : axes_)
+            require(axis.plant == nullptr || axis.control != nullptr || axis.own.is_valid(), "a joint has no controller");
         const std::size_t total = (knots.shape(0) - 1) * ticks;
         const std::size_t rows = (total + every - 1) / every;
         auto log = std::make_unique<std::vector<double>>(rows * n * kColumns);
@@ -142,6 +150,7 @@ class ClosedLoop {
             loop(knots.data(), switches.data(), n, total, ticks, every, log->data());
         }
         raise_if_stopped();
+        if (fault_) std::rethrow_exception(std::exchange(fault_, nullptr));
         for (Axis &axis : axes_)
             if (axis.plant != nullptr) axis.plant->raise();
         auto *kept = log.release();
@@ -158,19 +167,21 @@ class ClosedLoop {
     }
 
     // Commands (n, 2), held for `ticks` periods: of valves, -1..1, or with `pressures` pressures [Pa] in their place; of an
-    // electric joint its angle. Every period ends with a look at the sensors; the last one is returned.
-    Matrix act(const Commands &commands, bool pressures, std::size_t ticks)
+    // electric joint its angle; `hung`: torques (n,) on the joints besides. Every period ends with a look at the sensors;
+    // the last one is returned.
+    Matrix act(const Commands &commands, bool pressures, std::size_t ticks, const In &hung)
     {
         const std::size_t n = axes_.size();
         require(n == position_.size(), "every joint needs a drive");
         require(commands.shape(0) == n && commands.shape(1) == 2 && ticks > 0, "commands must be (n, 2), ticks positive");
+        require(hung.size() == n, "torques must be (n,)");
         std::vector<double> seen(3 * n);
         {
             nb::gil_scoped_release release;
             Patience patience(20000);
             for (std::size_t k = 0; k < ticks && !patience.stops(); ++k) {
                 for (std::size_t j = 0; j < n; ++j)
-                    force_.data()[j] = obey(axes_[j], j, commands.data() + 2 * j, pressures);
+                    force_.data()[j] = hung.data()[j] + obey(axes_[j], j, commands.data() + 2 * j, pressures);
                 breathe(nullptr);
                 step_(model_, data_);
                 look(seen.data());
@@ -194,6 +205,7 @@ class ClosedLoop {
         for (Axis &axis : axes_) {
             Py_VISIT(axis.keep_plant.ptr());
             Py_VISIT(axis.keep_control.ptr());
+            Py_VISIT(axis.own.ptr());
         }
         return 0;
     }
@@ -215,10 +227,11 @@ class ClosedLoop {
         for (std::size_t j = 0; j < axes_.size(); ++j, seen += 3) {
             Axis &axis = axes_[j];
             const double q = position_.data()[j];
-            plant_reading reading{};
-            if (axis.plant != nullptr) plant_joint_sense(&axis.plant->joint, &axis.plant->state, q, period_, &reading);
-            seen[0] = axis.plant != nullptr ? reading.angle : q;
-            seen[1] = reading.pressure_1, seen[2] = reading.pressure_2;
+            seen[0] = q, seen[1] = seen[2] = 0;
+            if (axis.plant == nullptr) continue;
+            plant_reading &reading = axis.plant->reading;
+            plant_joint_sense(&axis.plant->joint, &axis.plant->state, q, period_, &reading);
+            seen[0] = reading.angle, seen[1] = reading.pressure_1, seen[2] = reading.pressure_2;
         }
     }
 
@@ -235,7 +248,7 @@ class ClosedLoop {
     {
         const double span = period_ * static_cast<double>(ticks);
         Patience patience(20000);
-        for (std::size_t k = 0; k < total && !patience.stops(); ++k) {
+        for (std::size_t k = 0; k < total && !fault_ && !patience.stops(); ++k) {
             const std::size_t knot = k / ticks;
             const double s = static_cast<double>(k % ticks) / static_cast<double>(ticks);
             const std::size_t first = k / every * every;
@@ -293,22 +306,56 @@ class ClosedLoop {
         dehyst_joint_reference told = reference;
         if (switches & kReferenceLost) told.angle = std::nan("");
         dehyst_joint_output out{};
-        axis.control->advance(sensors, told, switches & kControllers, out);
-        if (axis.control->direct) axis.learned.see(axis.control->state.learning);
+        const bool own = axis.own.is_valid() && (axis.control == nullptr || (switches & DEHYST_POSITION) != 0);
+        if (axis.control != nullptr) { // beside one's own it goes on as an observer, and its compensator
+            const uint32_t on = own ? switches & ~(DEHYST_INTEGRATOR | DEHYST_ADAPT) : switches;
+            axis.control->advance(sensors, told, on & kControllers, out);
+            if (axis.control->direct) axis.learned.see(axis.control->state.learning);
+            told.extra = out.compensation;
+        }
+        if (own) command(axis, sensors, told, out);
+        axis.in_charge = own;
         const double torque = plant_joint_step(&axis.plant->joint, &state, q, v, out.valve, period_);
         if (first) {
             row[0] = reference.angle, row[1] = q, row[3] = torque;
             row[6] = out.pressure_difference, row[7] = out.compensation, row[8] = out.integrator;
             row[9] = out.torque, row[10] = out.load, row[11] = out.contact, row[12] = out.doubt;
-            const dehyst_joint_state &c = axis.control->state;
-            row[14] = c.fit.found, row[15] = c.fit.offset, row[16] = c.fit.scale;
-            for (int32_t g = 0; g < DEHYST_GROUPS; ++g) row[17 + g] = c.learning.applied[g];
+            row[14] = row[16] = 1;
+            if (axis.control != nullptr) {
+                const dehyst_joint_state &c = axis.control->state;
+                row[14] = c.fit.found, row[15] = c.fit.offset, row[16] = c.fit.scale;
+                for (int32_t g = 0; g < DEHYST_GROUPS; ++g) row[17 + g] = c.learning.applied[g];
+            }
         }
         row[2] += share * reading.angle;
         row[4] += share * reading.pressure_1;
         row[5] += share * reading.pressure_2;
         row[13] = static_cast<double>(static_cast<uint32_t>(row[13]) | out.flags);
         return torque;
+    }
+
+    // Asks the controller in Python for both valves; its first fault ends the run. Of the controller that it stands in for
+    // only the compensator and what was found out about it is left; dp is the measured one.
+    void command(Axis &axis, const dehyst_joint_sensors &sensors, const dehyst_joint_reference &r, dehyst_joint_output &out)
+    {
+        out.pressure_difference = sensors.pressure[0] - sensors.pressure[1];
+        out.integrator = out.torque = out.valve[0] = out.valve[1] = 0;
+        out.flags &= DEHYST_STALE | DEHYST_SHIFTED;
+        if (fault_) return;
+        nb::gil_scoped_acquire gil;
+        try {
+            const nb::tuple seen = nb::make_tuple(sensors.angle, sensors.pressure[0], sensors.pressure[1]);
+            if (!axis.in_charge) axis.own(seen, nb::none());
+            const nb::object asked = axis.own(seen, nb::make_tuple(r.angle, r.velocity, r.acceleration, r.load,
+                                                                   r.mean_pressure, r.pressure_difference, r.extra));
+            for (int m = 0; m < 2; ++m) {
+                const double valve = nb::cast<double>(asked[m]);
+                out.valve[m] = std::clamp(valve, -1.0, 1.0);
+                if (valve != out.valve[m]) out.flags |= DEHYST_VALVE_LIMIT;
+            }
+        } catch (...) {
+            fault_ = std::current_exception();
+        }
     }
 
     static dehyst_joint_sensors faulty(Axis &axis, const plant_reading &reading, uint32_t switches)
@@ -329,6 +376,7 @@ class ClosedLoop {
     Vector position_, velocity_, force_;
     double period_;
     std::vector<Axis> axes_;
+    std::exception_ptr fault_; // of a controller in Python
 };
 
 int traverse(PyObject *self, visitproc visit, void *arg)
@@ -356,12 +404,12 @@ void bind_robot(nb::module_ &m)
         .def(nb::init<std::uintptr_t, std::uintptr_t, std::uintptr_t, const Vector &, const Vector &, const Vector &,
                       double>(),
              "step"_a, "model"_a, "data"_a, "position"_a, "velocity"_a, "force"_a, "period"_a)
-        .def("add_pneumatic", &ClosedLoop::add_pneumatic, "plant"_a, "control"_a.none())
+        .def("add_pneumatic", &ClosedLoop::add_pneumatic, "plant"_a, "control"_a.none(), "own"_a.none())
         .def("sense", &ClosedLoop::sense, "What the sensors show, (n, 3).")
-        .def("act", &ClosedLoop::act, "commands"_a, "pressures"_a, "ticks"_a,
+        .def("act", &ClosedLoop::act, "commands"_a, "pressures"_a, "ticks"_a, "hung"_a,
              "Commands (n, 2) for `ticks` periods without controllers; what the sensors show then, (n, 3).")
         .def("add_electric", &ClosedLoop::add_electric, "stiffness"_a, "damping"_a, "inertia"_a)
-        .def("reset_controllers", &ClosedLoop::reset_controllers, "blind"_a)
+        .def("reset_controllers", &ClosedLoop::reset_controllers, "blind"_a, "What the sensors show, (n, 3).")
         .def("learned", &ClosedLoop::learned, "axis"_a,
              "Lowest and highest scale, largest offset of any period so far, and whether all were finite.")
         .def("run", &ClosedLoop::run, "knots"_a, "switches"_a, "ticks"_a, "every"_a,

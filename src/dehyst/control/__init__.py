@@ -2,6 +2,7 @@
 
 from dehyst.control.block import BLOCK_FLAGS, Block
 from dehyst.control.compensator import Compensator, InverseCompensator, RampedCompensator, along
+from dehyst.control.controller import Controller, Reading
 from dehyst.control.joint import FLAGS, SWITCHES, JointController, JointOutput, JointReference
 from dehyst.control.parameters import Adaptation, JointControllerParameters, Pneumatics
 from dehyst.control.storage import load_adaptation, load_controller, load_partner, save_controller
@@ -15,6 +16,7 @@ __all__ = [
     "Block",
     "BlockParameters",
     "Compensator",
+    "Controller",
     "InverseCompensator",
     "JointController",
     "JointControllerParameters",
@@ -22,6 +24,7 @@ __all__ = [
     "JointReference",
     "Pneumatics",
     "RampedCompensator",
+    "Reading",
     "along",
     "load_adaptation",
     "load_controller",

@@ -387,6 +387,7 @@ def law_parameters(law: Any) -> dict[str, float] | None:
     if not isinstance(law, _Law):
         raise ParameterError(
             f"the law is a {type(law).__name__}; pass a record of dehyst.control.reviewed such as "
-            f"derived_law('pid', parameters), or None for the paper's controller."
+            f"derived_law('pid', parameters), None for the paper's controller, or in an arm one of your own, with "
+            f"reset(seen, period) and step(seen, wanted)."
         )
     return law.as_dict()

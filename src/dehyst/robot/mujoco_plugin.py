@@ -136,7 +136,7 @@ def actuator_xml(
     muscle
         0 or 1.
     seed
-        Draws the muscle's tolerances, as of `dehyst.robot.arm.joints.JointBench`.
+        Draws the muscle's tolerances, as of `dehyst.robot.arm.JointBench`.
     drive
         ``valve``: control is the valve's command, -1 .. 1. ``pressure``: control is the gauge pressure. [Pa]
     **attributes

@@ -283,7 +283,7 @@ def _homed(arm: Arm, characteristics: Mapping[int, Characteristic], switches: in
 
 
 def _refuse_astray(arm: Arm, characteristics: Mapping[int, Characteristic]) -> None:
-    for number, angle in zip(arm.moving, arm.angles, strict=True):
+    for number, angle in zip(arm.moving, arm.encoder_angles, strict=True):
         limit = ASTRAY * arm.robot.joint(number).range
         if number in characteristics and abs(angle) > limit:
             raise SimulationError(

@@ -10,6 +10,7 @@ import numpy as np
 import dehyst._native as _native
 from dehyst.arrays import Array
 from dehyst.control import Adaptation, Compensator, JointControllerParameters
+from dehyst.control.controller import Controller
 from dehyst.control.reviewed import PAPER, TUNED, Law, OneValveController, derived_law
 from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse, HysteresisModel
@@ -49,7 +50,8 @@ class Equipment:
         Joint number -> torque along one cycle of the path, (K,) at equal spacing from its start to its end, added while
         the compensator is on. [Nm]
     laws
-        Joint number -> a controller of the literature instead of the paper's; see `dehyst.control.reviewed`.
+        Joint number -> a controller of the literature instead of the paper's, see `dehyst.control.reviewed`, or a
+        `dehyst.Controller` of one's own.
     known
         The robot whose weight and inertia are fed forward, where the trial's has changed since; None: the trial's own.
 
@@ -75,7 +77,7 @@ class Equipment:
     seed: int = 0
     adaptations: Mapping[int, Adaptation] = field(default_factory=dict)
     learned: Mapping[int, Array] = field(default_factory=dict)
-    laws: Mapping[int, Law] = field(default_factory=dict)
+    laws: Mapping[int, Law | Controller] = field(default_factory=dict)
     known: Robot | None = None
 
 

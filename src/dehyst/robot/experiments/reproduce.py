@@ -15,7 +15,7 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from dehyst.control import Compensator
+from dehyst.control import Compensator, Controller
 from dehyst.control.reviewed import CONTROLLERS, PAPER
 from dehyst.errors import ParameterError, SimulationError
 from dehyst.robot.arm.mechanisms import MechanismFactory
@@ -101,8 +101,11 @@ class Request:
         Makes a compensator of one's own for a joint from what was identified on it; see `dehyst.control.Compensator`.
         None: the recipe's, in the controller.
     controllers
-        Of the trials, of `dehyst.control.reviewed.CONTROLLERS`: all are run, and the report is about the first one.
-        Calibration and identification are the same for all.
+        Of the trials, of `dehyst.control.reviewed.CONTROLLERS` or `laws`: all are run, and the report is about the
+        first one. Calibration and identification are the same for all.
+    laws
+        Name of a controller -> what makes one of one's own for a joint, by its number: a `dehyst.Controller`, one a
+        run, for it has a memory, or None, which leaves the paper's in that joint.
     reference
         Log of angles that the joints shall follow, see `dehyst.robot.experiments.reference.read_moves`; None: what the
         robot's file says.
@@ -123,6 +126,7 @@ class Request:
     foreign: Mapping[str, MechanismFactory] = field(default_factory=dict)
     own: Callable[[JointIdentification], Compensator] | None = None
     controllers: tuple[str, ...] = (PAPER,)
+    laws: Mapping[str, Callable[[int], Controller | None]] = field(default_factory=dict)
     reference: Path | None = None
 
 
@@ -330,7 +334,11 @@ def _trials(
             own = {n: request.own(one) for n, one in identified[case, request.compensators[0]].items()}
             kit = replace(kit, own=own)
         passes = 0 if name == OFF else _recipe(request, name).passes
-        used, kit = under_controller(robot, kit, controller)
+        if make := request.laws.get(controller):
+            made = {n: make(n) for n in robot.pneumatic}
+            used, kit = robot, replace(kit, laws={n: one for n, one in made.items() if one is not None})
+        else:
+            used, kit = under_controller(robot, kit, controller)
         try:
             found, speed = learned_trial(used, path, kit, trial, name, passes=passes)
         except SimulationError as fault:  # the others may hold
@@ -435,7 +443,8 @@ def _controllers(request: Request, runs: Mapping[str, list[TrialRun]], motions: 
         return {}
     return {
         "controllers": {
-            name: {"tuned": tuned_numbers(name), **trial_figures(one, motions, request.joints)}
+            name: ({} if name in request.laws else {"tuned": tuned_numbers(name)})
+            | trial_figures(one, motions, request.joints)
             for name, one in runs.items()
         }
     }
@@ -519,8 +528,15 @@ def _check_controllers(request: Request) -> None:
         raise ParameterError(
             f"controllers {names!r} are not names, each once; pass a tuple such as controllers=('paper', 'pid')."
         )
+    unused = [name for name in request.laws if name in CONTROLLERS or name not in names]
+    if unused:
+        raise ParameterError(
+            f"the controller '{unused[0]}' of `laws` is not among the controllers {names}, or has the name of one that "
+            f"is built in: it would not be run. Type controllers=('paper', 'mine'), laws={{'mine': ...}}.",
+            name=unused[0],
+        )
     for name in names:
-        if name not in CONTROLLERS:
+        if name not in (*CONTROLLERS, *request.laws):
             raise ParameterError(f"no controller '{name}'. There are: {', '.join(CONTROLLERS)}.", name=name)
         for compensator in request.compensators:
             refuse_learning(name, compensator, _recipe(request, compensator).passes)

@@ -78,7 +78,7 @@ def rest(case: Case) -> Table:
         home(arm, case.equipment.characteristics)
         spacing = 0.01
         t = np.asarray(spacing * np.arange(round((2 * STROKE_S + SETTLE_S + REST_S) / spacing) + 1))
-        angle, velocity, acceleration = there_and_part_back(t, arm.angles[0])
+        angle, velocity, acceleration = there_and_part_back(t, arm.encoder_angles[0])
         load = arm.gravity(angle) * (1 + case.robot.controller.gravity_error)
         switches = POSITION | INTEGRATOR | switch
         mean = case.robot.controller.mean_pressure

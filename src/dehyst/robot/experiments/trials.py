@@ -216,7 +216,7 @@ class _Part:
 def _approach(arm: Arm, path: PlannedPath, hung: Array, feedforward: Callable[..., Array]) -> _Part:
     """Rest where the homing ended, then move to the start of the path, jerk-limited, and rest there."""
     spacing = 0.01
-    start, end = arm.angles, path.start[[number - 1 for number in arm.moving]]
+    start, end = arm.encoder_angles, path.start[[number - 1 for number in arm.moving]]
     t = spacing * np.arange(round((SETTLE_S + APPROACH_S + REST_S) / spacing) + 1)
     u = np.clip((t - SETTLE_S) / APPROACH_S, 0.0, 1.0)
     rise = u**3 * (10 - 15 * u + 6 * u**2)

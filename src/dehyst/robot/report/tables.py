@@ -118,9 +118,9 @@ def _controllers(result: Reproduction, plant: PlantResult) -> Table | None:
     return Table("Controllers side by side", ("", *(short(name, 20) for name in names)), tuple(rows), note)
 
 
-def _tuned(plant: PlantResult, name: str) -> int | None:
+def _tuned(plant: PlantResult, name: str) -> int | str | None:
     told = (one.get("controllers", {}).get(name) for one in plant.figures.values())
-    return next((one["tuned"] for one in told if one), None)
+    return next((one.get("tuned", "its own") for one in told if one), None)
 
 
 def _off_and_on(plant: PlantResult, name: str, joint: int, trial: str, compensator: str) -> str:
