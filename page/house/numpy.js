@@ -453,8 +453,9 @@ function quantile(v, p, n, s, q) {
 }
 /* The value that order puts at h; all before it are no larger then (Hoare's way). */
 function chosen(d, h) {
-  for (let low = 0, high = d.length - 1; low < high;) {
-    const pivot = d[(low + high) >> 1];
+  for (let low = 0, high = d.length - 1, g = 0; low < high;) {
+    g = (g + 0.618) % 1; // not the middle one, which is the largest of a triangle
+    const pivot = d[low + Math.floor(g * (high - low + 1))];
     let i = low, j = high;
     while (i <= j) {
       while (d[i] < pivot) i++;

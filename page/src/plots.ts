@@ -55,6 +55,9 @@ export interface FigureOptions {
 
 const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", "DejaVu Sans", sans-serif';
 
+const LONG = 20_000; // points of a curve
+const PASSES = 3; // of a long curve through a place of two by two pixels, at which it is full
+
 abstract class Figure {
   readonly element: HTMLElement;
   protected readonly box: HTMLDivElement;
@@ -434,18 +437,30 @@ export class LoopPlot extends Figure {
     const [x0, kx] = line(u, "x");
     const [y0, ky] = line(u, "y");
     ctx.beginPath();
-    let [px, py, pen] = [NaN, NaN, false];
+    // Of a long curve, what goes once more from one place that is full to another is not to be seen, and slow to draw.
+    const wide = curve.x.length > LONG ? (bbox.left + bbox.width >> 1) + 1 : 0;
+    const drawn = new Uint8Array(wide * ((bbox.top + bbox.height >> 1) + 1));
+    let px = NaN, py = NaN, pen = false, full = false;
     for (let k = 0; k < curve.x.length; k++) {
-      const [cx, cy] = [x0 + kx * curve.x[k], y0 + ky * curve.y[k]];
+      const cx = x0 + kx * curve.x[k], cy = y0 + ky * curve.y[k];
       if (!(Number.isFinite(cx) && Number.isFinite(cy))) {
+        px = NaN;
         pen = false;
         continue;
       }
-      if (Math.abs(cx - px) + Math.abs(cy - py) < 0.5 && pen) continue; // the same pixel
+      if (Math.abs(cx - px) + Math.abs(cy - py) < 0.5) continue; // the same pixel
+      const before = full, at = cx >= 0 && cx < 2 * wide ? (cy >> 1) * wide + (cx >> 1) : -1;
+      full = drawn[at] >= PASSES;
       if (curve.points) ctx.rect(cx - 1, cy - 1, 2, 2);
-      else if (pen) ctx.lineTo(cx, cy);
-      else ctx.moveTo(cx, cy);
-      [px, py, pen] = [cx, cy, true];
+      else if (full && before) pen = false;
+      else {
+        if (!pen) ctx.moveTo(px === px ? px : cx, px === px ? py : cy);
+        ctx.lineTo(cx, cy);
+        drawn[at]++;
+        pen = true;
+      }
+      px = cx;
+      py = cy;
     }
     if (curve.points) ctx.fill();
     else ctx.stroke();

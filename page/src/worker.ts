@@ -9,6 +9,7 @@ const PACKED = /\.(mat|h5|hdf5|npz|npy|bag|db3|mcap|mf4|mdf|parquet|feather|xlsx
 
 const WARMED = 3;
 const ready: Promise<unknown>[] = [];
+let held: Core | undefined;
 
 async function unpacked(packed: Uint8Array): Promise<Uint8Array> {
   if (packed[0] !== 0x1f || packed[1] !== 0x8b) return packed;
@@ -34,7 +35,7 @@ class TooLarge extends Error {}
 class OtherFormat extends Error {}
 
 const ANSWERS: Record<string, (message: any) => unknown> = {
-  open: ({ module }) => ready.push(Core.open(module).then((core) => begin(core)).then(() => setTimeout(warm))),
+  open: ({ module }) => ready.push(Core.open(module).then((core) => begin(held = core)).then(() => setTimeout(warm))),
   read: async ({ file }: { file: File }) => {
     if (PACKED.test(file.name)) throw new OtherFormat(file.name);
     if (file.size > LARGEST) throw new TooLarge("this log is larger");
@@ -88,7 +89,7 @@ onmessage = async ({ data }: MessageEvent) => {
     const answer = await ANSWERS[data.kind](data);
     // Signals are given away, not copied.
     const transfer = data.kind === "identify" ? Object.values(answer as object).filter((value) => value instanceof Float64Array || value instanceof Uint8Array).map(({ buffer }) => buffer) : [];
-    postMessage({ id: data.id, answer: data.kind === "open" ? null : answer }, { transfer });
+    postMessage({ id: data.id, answer: data.kind === "open" ? null : answer, memory: held?.c.memory.buffer.byteLength }, { transfer });
   } catch (fault) {
     postMessage({ id: data.id, fault: told(fault) });
   }
