@@ -378,7 +378,7 @@ def test_a_log_of_300_mb_is_refused_with_what_to_do(opened, tmp_path):
 @pytest.mark.slow
 def test_a_long_log_says_that_it_is_being_read_and_can_be_stopped(opened, tmp_path):
     log = tmp_path / "long.csv"
-    log.write_bytes(big_log(300_000))
+    log.write_bytes(big_log(600_000))
     opened.page.set_input_files("#log", log)
     opened.page.wait_for_selector(".status button:text-is('Stop')")
     opened.page.click(".status button:text-is('Stop')")
