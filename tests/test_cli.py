@@ -70,6 +70,24 @@ def test_identify_json_is_only_json_with_the_promised_keys(run, folder):
     assert result["test"]["rmse"] == pytest.approx(fit.test.rmse, rel=1e-12)
 
 
+def test_several_parts_of_a_log_are_recordings_fitted_together(run, folder):
+    log = folder / "log.csv"
+    named = ("identify", log, "--input", PRESSURE, "--output", ANGLE, "--json", *QUICK)
+    status, out, _ = run(*named, "--from", "0", "--to", "40", "--from", "60", "--to", "100", "--from", "110")
+    assert status == 2  # three beginnings, two ends
+    whole = run(*named, "--from", "0", "--to", "inf", "--save", folder / "open.json", "--overwrite")
+    assert whole[0] == 0 and json.loads(whole[1])["test"] == json.loads(run(*named)[1])["test"]
+    status, out, _ = run(*named, "--from", "0", "--from", "60", "--to", "40", "--to", "100")
+    parts = [dehyst.read_log(log, PRESSURE, ANGLE, start=a, stop=b) for a, b in ((0, 40), (60, 100))]
+    fit = dehyst.identify(parts, "pi", n=20)
+    assert status == 0 and json.loads(out)["test"]["rmse"] == pytest.approx(fit.test.rmse, rel=1e-12)
+    status, out, err = run(*named, "--from", "0", "--to", "40", "--from", "30", "--to", "100")
+    assert status == 2 and "--from 0.0 --from 30.0 --to 40.0 --to 100.0: several parts" in " ".join(err.split())
+    bounds = ("--from", "0", "--from", "60", "--to", "40", "--to", "100")
+    status, out, _ = run("evaluate", folder / "model.json", log, "--json", *bounds)
+    assert status == 0 and json.loads(out)["samples"] == sum(map(len, parts))
+
+
 def test_json_has_null_where_there_is_no_test_and_never_infinity(run, folder):
     arguments = ("identify", folder / "log.csv", "--input", PRESSURE, "--output", ANGLE, "--json", *QUICK)
     status, out, _ = run(*arguments, "--train-fraction", "1")

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import io
 import os
 import socket
 import subprocess
 import sys
+import zipfile
 from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
@@ -147,7 +149,7 @@ def test_the_page_names_no_file_of_the_machine(command, tmp_path):
 
 
 def test_what_was_chosen_on_the_page_is_the_line_that_would_be_typed(tmp_path):
-    given = {"logs": ["a", "b"], "input": "-x", "start": 2.5, "runs": ["up", "down"], "position_schedule": False}
+    given = {"logs": ["a", "b"], "input": "-x", "start": [2.5], "runs": ["up", "down"], "position_schedule": False}
     words, written = words_of("identify", given | {"family": "pi", "stop": None}, lambda name: Path(name), tmp_path)
     assert words == [
         "identify", "--input=-x", "--run=up", "--run=down", "--from=2.5", "--family=pi", "--no-position-schedule",
@@ -196,6 +198,25 @@ def test_an_error_comes_in_its_own_words_and_leaves_no_folder(browser, studio):
         assert answer.status_code == 400 and "JSON object" in answer.json()["error"]
     assert browser.post("/api/run/reproduce", json={}, headers=MINE).json()["kind"] == "ParameterError"
     assert list(studio.folder.iterdir()) == []
+
+
+def test_a_log_that_cannot_be_read_is_marked_until_it_can(browser, studio):
+    name = studio.keep(studio.folder / "a.csv", log=True)
+    for status, said, printed, marked in ((2, "LogError: no text.", "", True), (0, "", "{}", False)):
+        studio.workers.events = ({"status": status, "said": said, "printed": printed},)
+        browser.post("/api/run/inspect", json={"log": name}, headers=MINE)
+        assert [log["refused"] for log in browser.get("/api/state", headers=MINE).json()["logs"]] == [marked]
+
+
+def test_verifying_renews_the_archive_of_the_folder(browser, studio):
+    code = studio.folder / "code"
+    code.mkdir()
+    given = {"folder": studio.keep(code), "zip": studio.keep(_server._packed(code))}
+    (code / "VERIFIED.txt").write_text("all passed")
+    studio.workers.events = ({"status": 0, "said": "", "printed": "{}"},)
+    browser.post("/api/run/verify", json={"folder": given["folder"]}, headers=MINE)
+    packed = browser.get(f"/api/files/{given['zip']}", headers=MINE).content
+    assert "code/VERIFIED.txt" in zipfile.ZipFile(io.BytesIO(packed)).namelist()
 
 
 def test_a_report_has_an_origin_of_its_own_and_nothing_else_is_given_without_the_token(browser, studio):

@@ -79,15 +79,26 @@ def log(tmp_path):
     return path
 
 
+def brush(page, begin, end):
+    """Drag over the first figure from one share of its width to another."""
+    box = page.locator(".signals .u-over").first.bounding_box()
+    page.mouse.move(box["x"] + begin * box["width"], box["y"] + 30)
+    page.mouse.down()
+    page.mouse.move(box["x"] + end * box["width"], box["y"] + 40, steps=8)
+    page.mouse.up()
+
+
+def windows(page):
+    """Ends of the windows as they stand in the fields."""
+    return [
+        float(v) if v else None for v in page.locator(".windows input").evaluate_all("all => all.map(e => e.value)")
+    ]
+
+
 def test_from_a_brush_to_a_zip_whose_check_passes(page, log, tmp_path):
     with started(tmp_path, str(log)) as (address, _):
         page.goto(address)
-        over = page.locator(".signals .u-over").first
-        box = over.bounding_box()
-        page.mouse.move(box["x"] + 0.1 * box["width"], box["y"] + 30)
-        page.mouse.down()
-        page.mouse.move(box["x"] + 0.8 * box["width"], box["y"] + 40, steps=8)
-        page.mouse.up()
+        brush(page, 0.1, 0.8)
         start, stop = (float(page.get_by_label(name).input_value()) for name in ("From [s]", "To [s]"))
         assert 12.0 < start < 17.0 and 112.0 < stop < 118.0  # of 144 s
         page.get_by_label("Family").select_option("pi")
@@ -98,6 +109,9 @@ def test_from_a_brush_to_a_zip_whose_check_passes(page, log, tmp_path):
             page.get_by_role("link", name="Open the report").click()
         assert "elbow log.csv" in opened.value.title()
         page.get_by_role("button", name="Export", exact=True).click()
+        assert "rms [deg]" in page.get_by_role("region", name="Scores").inner_text()
+        page.get_by_role("button", name="Verify it here").click()
+        page.get_by_text("downloaded before is older").wait_for()
         with page.expect_download() as got:
             page.get_by_role("button", name="Download the zip").click()
         with zipfile.ZipFile(got.value.path()) as packed:
@@ -109,6 +123,32 @@ def test_from_a_brush_to_a_zip_whose_check_passes(page, log, tmp_path):
     if shutil.which("make") and shutil.which("cc"):
         done = subprocess.run(["make", "check"], cwd=tmp_path / "out" / "compensator", capture_output=True, text=True)
         assert done.returncode == 0 and "all checks passed" in done.stdout, done.stdout + done.stderr
+
+
+def test_several_windows_are_brushed_or_typed_and_fitted_together(page, log, tmp_path):
+    with started(tmp_path, str(log)) as (address, _):
+        page.goto(address)
+        brush(page, 0.05, 0.3)
+        page.keyboard.down("Shift")
+        brush(page, 0.5, 0.9)
+        page.keyboard.up("Shift")
+        first, second = windows(page)[:2], windows(page)[2:]
+        assert first[1] - first[0] == pytest.approx(36, abs=2) and second[1] - second[0] == pytest.approx(57.6, abs=2)
+        brush(page, 0.2, 0.6)  # without Shift: instead of them
+        assert len(windows(page)) == 2
+        page.get_by_role("button", name="Whole log").press("Enter")
+        assert windows(page) == [None, None]
+        for keys in ("20", "Tab", "60", "Tab", "Enter", "90", "Tab", "Tab"):  # remove, add, from, to, remove
+            if keys == "20":
+                page.get_by_label("From [s]").focus()
+            page.keyboard.press(keys) if keys.isalpha() else page.keyboard.type(keys)
+        assert windows(page) == [20, 60, 90, None]
+        page.get_by_label("Family").select_option("pi")
+        page.get_by_role("button", name="Identify", exact=True).click()
+        page.locator(".verdict").wait_for()
+        assert "--from=20 --from=90 --to=60 --to=inf" in page.locator("pre").inner_text()
+        page.get_by_role("button", name="Remove window 1").click()
+        assert windows(page) == [90, None]
 
 
 def test_what_runs_can_be_stopped_and_a_page_that_is_reloaded_goes_on(page, log, tmp_path):
@@ -146,6 +186,22 @@ def test_an_error_is_shown_in_the_words_of_dehyst(page, tmp_path):
         page.locator("#panel-studio input[type=file]").set_input_files(tmp_path / "odd.bin")
         said = page.get_by_role("alert").first.inner_text()
         assert "odd.bin" in said and "Traceback" not in said and str(tmp_path) not in said
+        assert not re.match(r"\w*Error", said)
+
+
+def test_a_log_that_is_refused_is_marked_and_logs_of_one_name_are_told_apart(page, log, tmp_path):
+    (tmp_path / "odd.bin").write_bytes(bytes(range(256)) * 100)
+    with started(tmp_path, str(log)) as (address, _):
+        page.goto(address)
+        for name in (tmp_path / "odd.bin", log):
+            page.locator("#panel-studio input[type=file]").set_input_files(name)
+            page.locator(".warning[role=alert], .signals .u-over").first.wait_for()
+            page.wait_for_timeout(300)
+        for again in (page.reload, lambda: None):
+            page.locator(".signals .u-over").first.wait_for()
+            listed = page.locator("#panel-studio select").first.locator("option").all_inner_texts()
+            assert listed == ["elbow log.csv (1)", "odd.bin (refused)", "elbow log.csv (2)"]
+            again()
 
 
 def test_a_page_of_another_server_of_this_machine_gets_nothing(page, log, tmp_path, chromium):

@@ -7,6 +7,7 @@ export interface Log {
   id: string;
   name: string;
   bytes: number;
+  refused: boolean;
 }
 
 export interface State {
@@ -30,14 +31,7 @@ export interface Outcome<T> {
 }
 
 /** What dehyst says against a request, in its own words. */
-export class Refusal extends Error {
-  constructor(
-    message: string,
-    readonly kind = "",
-  ) {
-    super(message);
-  }
-}
+export class Refusal extends Error {}
 
 /** Whether this page is served by `dehyst studio`. */
 export function served(): boolean {
@@ -66,8 +60,7 @@ async function ask(path: string, options: RequestInit = {}): Promise<Response> {
   if (answer.ok) return answer;
   const text = await answer.text();
   try {
-    const { error, kind } = JSON.parse(text) as { error: string; kind: string };
-    throw new Refusal(error, kind);
+    throw new Refusal((JSON.parse(text) as { error: string }).error);
   } catch (fault) {
     throw fault instanceof Refusal ? fault : new Refusal(text || `The studio answers with status ${answer.status}.`);
   }
@@ -92,7 +85,7 @@ export async function run<T>(command: string, given: Record<string, unknown>, si
   const answer = await ask(`run/${command}`, { method: "POST", body: JSON.stringify(given), signal });
   let typed = "";
   for await (const event of events(answer.body!)) {
-    if (event.error !== undefined) throw new Refusal(event.error, event.kind);
+    if (event.error !== undefined) throw new Refusal(event.error);
     if (event.command !== undefined) typed = event.command;
     else if (event.stage !== undefined) told(event as Progress);
     else if (event.result !== undefined) return { result: event.result as T, files: event.files ?? {}, command: typed };
@@ -103,7 +96,6 @@ export async function run<T>(command: string, given: Record<string, unknown>, si
 interface Event extends Partial<Progress> {
   command?: string;
   error?: string;
-  kind?: string;
   result?: unknown;
   files?: Record<string, string>;
 }

@@ -24,6 +24,11 @@ export function token(name: string): string {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 }
 
+/** A line to type: it is broken between words, never within an option. */
+export function line(command: string): HTMLElement {
+  return h("pre", {}, ...command.split(" ").flatMap((word) => [" ", h("span", {}, word)]).slice(1));
+}
+
 /** When what was changed is to be seen, or would be if the page were. */
 export function painted(): Promise<void> {
   return new Promise((done) => {

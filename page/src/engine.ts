@@ -1,5 +1,6 @@
 /** The worker that reads and identifies, and what it answers. */
 
+import { served } from "./api";
 import { unpacked } from "./packed";
 
 export interface Column {
@@ -95,7 +96,7 @@ export class Engine {
     const link = URL.createObjectURL(new Blob([await unpacked("worker")], { type: "text/javascript" }));
     const engine = new Engine(new Worker(link));
     URL.revokeObjectURL(link);
-    await engine.ask("open", { module });
+    await engine.ask("open", { module, studio: served() });
     return engine;
   }
 

@@ -1,6 +1,6 @@
 /** The tab that takes a log to a model: drop, columns, verdict, figures, the inverse at work, files. */
 
-import { h, painted, save } from "./dom";
+import { h, line, painted, save } from "./dom";
 import { Answer, Engine, Finding, Refusal, Summary } from "./engine";
 import { Inverse } from "./inverse";
 import { Options } from "./options";
@@ -293,9 +293,9 @@ class Identify {
         " writes: the core, this compensator, an example, and a check that runs with ", h("code", {}, "make check"), "."),
       h("h3", {}, "In a terminal"),
       h("p", { class: "caption" }, "This page fits one family, pi. All of them, also with creep, rate and saturation, are compared by:"),
-      h("pre", { id: "command" }, a.command),
+      h("div", { id: "command" }, line(a.command)),
       h("p", { class: "caption" }, "And this very model again, with its report, by:"),
-      h("pre", { id: "repeat" }, a.repeat));
+      h("div", { id: "repeat" }, line(a.repeat)));
   }
 }
 

@@ -189,16 +189,19 @@ abstract class Figure {
   }
 }
 
+let more = false; // whether Shift was down where the last brush began; figures with one cursor are brushed together
+
 /** Signals over time (or over the number of the sample). */
 export class TimePlot extends Figure {
   private t: ArrayLike<number> = [];
-  private readonly onBrush: ((from: number, to: number) => void) | undefined;
+  private readonly onBrush: ((from: number, to: number, more: boolean) => void) | undefined;
   private shades: Shade[] = [];
   private lines: Line[] = [];
 
-  constructor(root: HTMLElement, options: FigureOptions & { onBrush?: (from: number, to: number) => void }) {
+  constructor(root: HTMLElement, options: FigureOptions & { onBrush?: (from: number, to: number, more: boolean) => void }) {
     super(root, options);
     this.onBrush = options.onBrush;
+    this.box.addEventListener("mousedown", ({ shiftKey }) => { more = shiftKey; }, true);
   }
 
   protected keys(): Line[] {
@@ -247,7 +250,7 @@ export class TimePlot extends Figure {
             const { left, width } = u.select;
             if (!this.onBrush || width < 3) return;
             u.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
-            this.onBrush(u.posToVal(left, "x"), u.posToVal(left + width, "x"));
+            this.onBrush(u.posToVal(left, "x"), u.posToVal(left + width, "x"), more);
           }],
         },
       },

@@ -2,7 +2,7 @@
  * shows what they print; it decides nothing itself. */
 
 import * as api from "./api";
-import { h, save } from "./dom";
+import { h, line, save } from "./dom";
 import { Link, short, TimePlot } from "./plots";
 import type { Core } from "./wasm";
 
@@ -105,14 +105,21 @@ class Studio {
     });
     void api.stay(() => root.prepend(alert(new api.Refusal("The studio has ended. What you downloaded stays; start it again with dehyst studio."))));
     this.list();
-    if (state.logs.length) this.choose(state.logs[0].id);
+    const first = state.logs.find(({ refused }) => !refused) ?? state.logs[0];
+    if (first) this.choose(first.id);
   }
 
   private list(): void {
-    this.logs.replaceChildren(...this.state.logs.map(({ id, name }) => h("option", { value: id }, name)));
+    this.logs.replaceChildren(...this.state.logs.map((log) => h("option", { value: log.id }, `${this.called(log)}${log.refused ? " (refused)" : ""}`)));
     if (!this.state.logs.length) this.logs.append(h("option", {}, "none yet"));
     this.logs.disabled = !this.state.logs.length;
     if (this.log) this.logs.value = this.log.id;
+  }
+
+  /** The name of a log; of several of one name with the number of its turn. */
+  private called(log: api.Log): string {
+    const same = this.state.logs.filter(({ name }) => name === log.name);
+    return same.length > 1 ? `${log.name} (${same.indexOf(log) + 1})` : log.name;
   }
 
   private async take(files: FileList | null): Promise<void> {
@@ -134,10 +141,15 @@ class Studio {
     const job = new Job();
     this.about.replaceChildren(job.element);
     const log = this.log;
+    const known = (refused: boolean): void => {
+      log.refused = refused;
+      this.list();
+    };
     void job.run<Summary>("inspect", { log: log.id }, ({ result }) => {
+      known(false);
       job.element.remove();
-      new Work(this.about, this.state, log, result);
-    });
+      new Work(this.about, this.state, log, { ...result, name: this.called(log) });
+    }, () => known(true));
   }
 }
 
@@ -145,8 +157,9 @@ class Studio {
 class Work {
   private readonly columns: Record<"input" | "output", HTMLSelectElement>;
   private readonly runs: HTMLInputElement[];
-  private readonly from: HTMLInputElement;
-  private readonly to: HTMLInputElement;
+  private readonly windows = h("div", { class: "windows" });
+  private bounds: [HTMLInputElement, HTMLInputElement][] = []; // ends of each window
+  private readonly add = h("button", { type: "button", onclick: () => { this.window("", ""); this.bounds[this.bounds.length - 1][0].focus(); } }, "Add a window");
   private readonly family: HTMLSelectElement;
   private readonly purpose: HTMLSelectElement;
   private readonly extra: Record<"load" | "mean_pressure", HTMLSelectElement>;
@@ -174,8 +187,7 @@ class Work {
     const names = Object.keys(summary.runs);
     this.runs = names.map((name) => h("input", { type: "checkbox", value: name, onchange: () => this.draw() }));
     if (this.runs.length) this.runs[Math.max(0, names.indexOf(summary.run ?? ""))].checked = true;
-    const bound = (): HTMLInputElement => h("input", { type: "number", step: "any", onchange: () => this.shade(), size: 8 });
-    [this.from, this.to] = [bound(), bound()];
+    this.window("", "");
     this.family = h("select", { onchange: () => this.direct() }, h("option", { value: "auto" }, "auto: the best for this log"),
       ...state.families.map(({ name, title }) => h("option", { value: name }, `${title} (${name})`)));
     this.purpose = h("select", {}, h("option", { value: "compensate" }, "compensation"), h("option", { value: "simulate" }, "simulation"));
@@ -188,9 +200,9 @@ class Work {
       h("div", { class: "row" }, h("label", {}, "Input, what drives", this.columns.input), h("label", {}, "Output, what follows", this.columns.output),
         this.runs.length > 1 && h("fieldset", {}, h("legend", {}, "Runs"), ...this.runs.map((box, k) => h("label", { class: "check" }, box, `${names[k]} (${summary.runs[names[k]]})`)))),
       this.charts,
-      h("div", { class: "row" }, h("label", {}, "From [s]", this.from), h("label", {}, "To [s]", this.to),
-        h("button", { type: "button", onclick: () => this.window("", "") }, "Whole log"),
-        h("p", { class: "caption" }, "Drag over a figure to use a part of the log only.")),
+      h("div", { class: "row" }, this.windows, this.add,
+        h("button", { type: "button", onclick: () => this.whole() }, "Whole log"),
+        h("p", { class: "caption" }, "Drag over a figure to use a part of the log only, with Shift for one part more. Parts are fitted together.")),
       h("h2", { class: "step" }, "Identify"),
       h("div", { class: "row" }, h("label", {}, "Family", this.family), h("label", {}, "Model for", this.purpose),
         h("label", { class: "of-direct", hidden: true }, "Load column", this.extra.load), h("label", { class: "of-direct", hidden: true }, "Mean pressure column", this.extra.mean_pressure),
@@ -202,15 +214,24 @@ class Work {
 
   /** Options of the whole selection, as the command line names them. */
   private part(): Record<string, unknown> {
-    const number = (input: HTMLInputElement): number | null => (Number.isFinite(input.valueAsNumber) ? input.valueAsNumber : null);
+    const chosen = this.chosen();
+    const several = chosen.length > 1; // then each needs both of its ends
     return {
       logs: [this.log.id],
       input: this.columns.input.value,
       output: this.columns.output.value,
       runs: this.runs.length > 1 ? this.runs.filter((box) => box.checked).map((box) => box.value) : [],
-      start: number(this.from),
-      stop: number(this.to),
+      start: chosen.flatMap(([from]) => (Number.isFinite(from) || several ? [String(from).replace("Infinity", "inf")] : [])),
+      stop: chosen.flatMap(([, to]) => (Number.isFinite(to) || several ? [String(to).replace("Infinity", "inf")] : [])),
     };
+  }
+
+  /** The windows in their order in time, infinite where no end is named; one that names none is the whole log. */
+  private chosen(): [number, number][] {
+    const end = (input: HTMLInputElement, none: number): number => (Number.isFinite(input.valueAsNumber) ? input.valueAsNumber : none);
+    const all = this.bounds.map(([from, to]): [number, number] => [end(from, -Infinity), end(to, Infinity)]);
+    const named = all.filter(([from, to]) => Number.isFinite(from) || Number.isFinite(to));
+    return named.sort((a, b) => a[0] - b[0]);
   }
 
   private draw(): void {
@@ -233,29 +254,67 @@ class Work {
       this.plots = ([["input", "train"], ["output", "test"]] as const).map(([name, colour], k) => {
         const plot = new TimePlot(panels, {
           title: k ? "Output" : "Input", name: `${this.log.name}-${name}`, xLabel: x, yLabel: result.labels[k], height: 190, link,
-          described: "Drag to choose a part of the log, or type its times below.",
-          ...(result.timed ? { onBrush: (from: number, to: number) => this.window(from.toPrecision(6), to.toPrecision(6)) } : {}),
+          described: "Drag to choose a part of the log, with Shift one more, or type its times below.",
+          ...(result.timed ? { onBrush: (from: number, to: number, more: boolean) => this.brushed(Number(from.toPrecision(6)), Number(to.toPrecision(6)), more) } : {}),
         });
         plot.set(result.time, [{ label: result.labels[k], values: result[name], colour }]);
         return plot;
       });
-      this.from.disabled = this.to.disabled = !result.timed;
+      for (const input of [...this.bounds.flat(), this.add]) input.disabled = !result.timed;
       this.shade();
     });
   }
 
+  /** One window more. */
   private window(from: string, to: string): void {
-    this.from.value = from === "" ? "" : String(Number(from));
-    this.to.value = to === "" ? "" : String(Number(to));
+    const bound = (): HTMLInputElement => h("input", { type: "number", step: "any", onchange: () => this.shade(), size: 8 });
+    const pair: [HTMLInputElement, HTMLInputElement] = [bound(), bound()];
+    [pair[0].value, pair[1].value] = [from, to];
+    for (const input of pair) input.disabled = this.drawn?.timed === false;
+    this.bounds.push(pair);
+    this.rows();
+  }
+
+  private rows(): void {
+    this.windows.replaceChildren(...this.bounds.map((pair, k) => h("div", { class: "row", role: "group", "aria-label": `Window ${k + 1}` },
+      h("label", {}, "From [s]", pair[0]), h("label", {}, "To [s]", pair[1]),
+      this.bounds.length > 1 && h("button", { type: "button", class: "quiet", "aria-label": `Remove window ${k + 1}`, onclick: () => this.remove(pair) }, "Remove"))));
     this.shade();
+  }
+
+  private remove(pair: [HTMLInputElement, HTMLInputElement]): void {
+    this.bounds = this.bounds.filter((each) => each !== pair);
+    this.rows();
+    this.add.focus();
+  }
+
+  private whole(): void {
+    this.bounds = [];
+    this.window("", "");
+  }
+
+  /** Take a part of the log, alone or beside the others; parts that meet become one. */
+  private brushed(from: number, to: number, more: boolean): void {
+    const apart: [number, number][] = [];
+    for (const part of [...(more ? this.chosen() : []), [from, to] as [number, number]].sort((a, b) => a[0] - b[0])) {
+      const last = apart[apart.length - 1];
+      if (last && part[0] <= last[1]) last[1] = Math.max(last[1], part[1]);
+      else apart.push([...part]);
+    }
+    this.bounds = [];
+    for (const ends of apart) this.window(...(ends.map((end) => (Number.isFinite(end) ? String(end) : "")) as [string, string]));
   }
 
   private shade(): void {
     if (!this.drawn) return;
     const [first, last] = [this.drawn.time[0], this.drawn.time[this.drawn.time.length - 1]];
-    const { start, stop } = this.part() as { start: number | null; stop: number | null };
-    const out = [{ from: first, to: start ?? first, colour: "ink" }, { from: stop ?? last, to: last, colour: "ink" }];
-    this.plots.forEach((plot) => plot.mark(out));
+    const out: { from: number; to: number; colour: string }[] = [];
+    let reached = first;
+    for (const [from, to] of [...this.chosen(), [Infinity, Infinity]]) {
+      if (from > reached) out.push({ from: reached, to: Math.min(from, last), colour: "ink" });
+      reached = Math.max(reached, to);
+    }
+    this.plots.forEach((plot) => plot.mark(this.chosen().length ? out : []));
   }
 
   private direct(): void {
@@ -271,15 +330,16 @@ class Work {
   }
 
   private show({ result, files, command }: api.Outcome<Fit>): void {
+    const unit = /( \[[^\]]+\])$/.exec(this.drawn?.labels[1] ?? "")?.[1] ?? "";
     const row = (name: string, score: Score | null): HTMLElement | null => score &&
       h("tr", {}, h("th", { scope: "row" }, name), ...[score.rmse_percent, score.rmse, score.max].map((v) => h("td", { class: "number" }, short(v))));
     this.found.replaceChildren(
       h("p", { class: `verdict ${result.grade}`, role: "status" }, result.verdict),
-      h("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "Scores" }, h("table", {}, h("thead", {}, h("tr", {}, h("td"), ...["rms [% of range]", "rms", "largest"].map((name) => h("th", { class: "number", scope: "col" }, name)))),
+      h("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "Scores" }, h("table", {}, h("thead", {}, h("tr", {}, h("td"), ...["rms [% of range]", `rms${unit}`, `largest${unit}`].map((name) => h("th", { class: "number", scope: "col" }, name)))),
         h("tbody", {}, row(`${result.family}, fitted`, result.train), row(`${result.family}, held out`, result.test), row("no hysteresis, held out", result.static_test)))),
       ...result.warnings.map(finding),
       h("div", { class: "row" }, view(files.report), get("Model file", files.save, "model.json", this.job)),
-      h("p", { class: "caption" }, "The same in a terminal:"), h("pre", {}, command),
+      h("p", { class: "caption" }, "The same in a terminal:"), line(command),
     );
     this.code(files.save);
   }
@@ -292,16 +352,16 @@ class Work {
       this.found.replaceChildren(
         h("p", { class: "verdict", role: "status" }, result.verdict),
         h("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "Families" }, h("table", {}, h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "Family"),
-          ...["held out [%]", "fitted [%]", "inverse [%]", "numbers", "time [s]"].map((name) => h("th", { class: "number", scope: "col" }, name)), h("td"))),
+          ...["held out [%]", "fitted [%]", "inverse [%]", "parameters", "time [s]"].map((name) => h("th", { class: "number", scope: "col" }, name)), h("td"))),
         h("tbody", {}, ...rows.map(([name, one]) => h("tr", name === result.chosen ? { class: "chosen" } : {},
-          h("th", { scope: "row" }, `${one.title}${one.tied ? TIED : ""}`),
+          h("th", { scope: "row" }, `${one.title} (`, h("code", {}, name), `)${one.tied ? TIED : ""}`),
           ...[percent(one.test?.rmse_percent), percent(one.train?.rmse_percent), one.invertible ? percent(one.inverse_percent) : "none", String(one.parameters), percent(one.seconds)].map((cell) => h("td", { class: "number" }, cell)),
           h("td", {}, h("button", { type: "button", class: "quiet", "aria-label": `Identify with ${one.title}`, onclick: () => this.take(name) }, "Identify"))))))),
         h("p", { class: "caption" }, `rms, percent of the output’s range (inverse: of the input’s); ${TIED.trim()} within noise of the best. What auto takes, without looking at the held-out errors: ${result.auto.family}.`),
         ...rows.filter(([, one]) => one.reason).map(([, one]) => h("p", { class: "caption" }, h("b", {}, one.title), `: ${one.reason}`)),
         ...result.warnings.map(finding),
         h("div", { class: "row" }, view(files.report), get("Model file of the best", files.save, "model.json", this.job)),
-        h("p", { class: "caption" }, "The same in a terminal:"), h("pre", {}, command),
+        h("p", { class: "caption" }, "The same in a terminal:"), line(command),
       );
     });
   }
@@ -334,9 +394,10 @@ class Work {
           h("p", {}, `${result.files.length} files, ${Math.round(result.bytes / 1000)} kB, names begin with ${result.name}_.`),
           ...result.warnings.map(finding),
           h("div", { class: "row" }, get("Download the zip", files.zip, `${result.name}-${target.value}.zip`, job, true),
-            h("button", { type: "button", onclick: () => void job.run<Verified>("verify", { folder: files.folder }, (got) => checked.replaceChildren(checks(got.result))) }, "Verify it here")),
+            h("button", { type: "button", onclick: () => void job.run<Verified>("verify", { folder: files.folder }, (got) =>
+              checked.replaceChildren(checks(got.result), h("p", { class: "caption" }, "The zip now holds the record of this; one that you downloaded before is older: download it again."))) }, "Verify it here")),
           checked,
-          h("p", { class: "caption" }, "The same in a terminal:"), h("pre", {}, command),
+          h("p", { class: "caption" }, "The same in a terminal:"), line(command),
         );
       });
     };
@@ -351,7 +412,7 @@ class Job {
   readonly element = h("div", { class: "job" });
   private stop: AbortController | null = null;
 
-  async run<T>(command: string, given: Record<string, unknown>, done: (outcome: api.Outcome<T>) => void): Promise<void> {
+  async run<T>(command: string, given: Record<string, unknown>, done: (outcome: api.Outcome<T>) => void, refused: () => void = () => undefined): Promise<void> {
     this.stop?.abort();
     const own = (this.stop = new AbortController());
     const bar = h("progress", { "aria-label": "Progress" });
@@ -379,6 +440,7 @@ class Job {
     if (this.stop !== own) return; // another command has taken its place
     this.element.replaceChildren(...(outcome ? [] : [alert(fault)]));
     if (outcome) done(outcome);
+    else if (!own.signal.aborted) refused();
   }
 
   fail(fault: unknown): void {
@@ -387,8 +449,8 @@ class Job {
 }
 
 function alert(fault: unknown): HTMLElement {
-  const kind = fault instanceof api.Refusal ? fault.kind : "";
-  return h("p", { class: "warning", role: "alert" }, kind && h("code", {}, kind), kind && ": ", fault instanceof Error ? fault.message : String(fault));
+  const said = fault instanceof Error ? fault.message : String(fault);
+  return h("p", { class: "warning", role: "alert" }, /^[a-z]+ /.test(said) ? said[0].toUpperCase() + said.slice(1) : said);
 }
 
 function finding({ code, message }: Finding): HTMLElement {

@@ -34,8 +34,13 @@ async function unpacked(packed: Uint8Array): Promise<Uint8Array> {
 class TooLarge extends Error {}
 class OtherFormat extends Error {}
 
+let inStudio = false; // all of Python is one tab away
+
 const ANSWERS: Record<string, (message: any) => unknown> = {
-  open: ({ module }) => ready.push(Core.open(module).then((core) => begin(held = core)).then(() => setTimeout(warm))),
+  open: ({ module, studio }) => {
+    inStudio = studio;
+    ready.push(Core.open(module).then((core) => begin(held = core)).then(() => setTimeout(warm)));
+  },
   read: async ({ file }: { file: File }) => {
     if (PACKED.test(file.name)) throw new OtherFormat(file.name);
     if (file.size > LARGEST) throw new TooLarge("this log is larger");
@@ -51,9 +56,9 @@ const ANSWERS: Record<string, (message: any) => unknown> = {
 
 function told(fault: unknown): { known: boolean; message: string; stack: string } {
   if (fault instanceof TooLarge)
-    return { known: true, stack: "", message: `${fault.message} than the ${LARGEST / 1e6} MB that this page holds in memory. Install dehyst, which reads logs of any length in chunks (pip install dehyst; dehyst identify LOG ...), or cut the log.` };
+    return { known: true, stack: "", message: `${fault.message} than the ${LARGEST / 1e6} MB that this page holds in memory. ${inStudio ? "Open it on the tab Studio, which reads logs of any length" : "Install dehyst, which reads logs of any length in chunks (pip install dehyst; dehyst identify LOG ...)"}, or cut the log.` };
   if (fault instanceof OtherFormat)
-    return { known: true, stack: "", message: `this page reads text, and '${fault.message}' is none. Save its columns as CSV, or install dehyst, which reads it (dehyst inspect ${fault.message}).` };
+    return { known: true, stack: "", message: `this page reads text, and '${fault.message}' is none. ${inStudio ? "Open it on the tab Studio, which reads it." : `Save its columns as CSV, or install dehyst, which reads it (dehyst inspect ${fault.message}).`}` };
   if (fault instanceof TypeError && /decompress|gzip/i.test(fault.message))
     return { known: true, stack: "", message: "the file is damaged: its gzip data cannot be expanded. Copy it again." };
   return refusal(fault);

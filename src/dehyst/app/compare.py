@@ -140,7 +140,8 @@ def _next(found: Comparison, request: CompareRequest) -> str:
             return f"dehyst compensate {quoted(request.save)} SIGNAL.csv --output {quoted(request.output)}"
         return f"dehyst simulate {quoted(request.save)} SIGNAL.csv --input {quoted(request.input)}"
     window: list[tuple[str, object]] = [("--time", request.time), ("--time-unit", request.time_unit)]
-    window += [*(("--run", run) for run in request.runs), ("--from", request.start), ("--to", request.stop)]
+    for name, values in (("--run", request.runs), ("--from", request.start), ("--to", request.stop)):
+        window += [(name, value) for value in values]
     same = [word for name, value in window if value is not None for word in (name, value)]
     line = typed(["dehyst", "identify", *request.logs, "--input", request.input, "--output", request.output, *same])
     # One advice: what identify takes, chosen without the errors above; a family only where named ones err less.

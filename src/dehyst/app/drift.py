@@ -9,12 +9,12 @@ from rich.table import Column
 from rich.text import Text
 
 from dehyst.app.ending import Status, concluding
-from dehyst.app.logs import Read, recording_of, signals_of, verdict_findings
+from dehyst.app.logs import Read, recordings_of, signals_of, verdict_findings
 from dehyst.app.requests import DesignRequest, DriftRequest
 from dehyst.app.targets import PAGE, refuse_clashes
 from dehyst.app.terminal import ask_progress, print_findings, print_json, table, terminal
 from dehyst.design import design_drift_motion
-from dehyst.errors import ColumnError, DehystError, ExcitationError, RecordingError
+from dehyst.errors import ColumnError, DehystError, ExcitationError, ParameterError, RecordingError
 from dehyst.findings import Grade, grade_of
 from dehyst.models import Model, load
 from dehyst.monitoring import Change, Drift, drift
@@ -40,7 +40,11 @@ def run_drift(request: DriftRequest) -> None:
         read, unusable = _read_all(request, model)
         reference, every = None, read
         if request.reference is not None:
-            reference = recording_of(request, request.reference, None, model.card)
+            reference, *more = recordings_of(request, request.reference, None, model.card)
+            if more:
+                raise ParameterError(
+                    "--reference is one recording, and --from and --to name several parts. Name one of them."
+                )
             every = [*read, (request.reference, None, reference)]
         signals: dict[str, Any] = dict(signals_of(request, every, model.context)[0])
     with ask_progress("comparing", request.json):
@@ -77,7 +81,7 @@ def _read_all(request: DriftRequest, model: Model) -> tuple[list[Read], list[tup
     for log in request.logs:
         for run in request.runs or (None,):
             try:
-                read.append((log, run, recording_of(request, log, run, model.card)))
+                read += [(log, run, record) for record in recordings_of(request, log, run, model.card)]
             except (ColumnError, ExcitationError, RecordingError) as failed:
                 unusable.append((log.name, str(failed)))
                 fault = failed

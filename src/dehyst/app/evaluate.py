@@ -9,7 +9,7 @@ from rich.table import Column
 from rich.text import Text
 
 from dehyst.app.ending import Status, concluding
-from dehyst.app.logs import Read, recording_of, signals_of, verdict_findings
+from dehyst.app.logs import Read, recordings_of, signals_of, verdict_findings
 from dehyst.app.requests import EvaluateRequest
 from dehyst.app.terminal import ask_progress, print_end, print_findings, print_json, table, terminal
 from dehyst.errors import ColumnError, ParameterError
@@ -47,7 +47,9 @@ def _read(request: EvaluateRequest, models: Sequence[Model]) -> list[Read]:
         )
     card, log = models[0].card, request.log
     try:
-        return [(log, run, recording_of(request, log, run, card)) for run in request.runs or (None,)]
+        return [
+            (log, run, record) for run in request.runs or (None,) for record in recordings_of(request, log, run, card)
+        ]
     except ColumnError as fault:
         if request.input and request.output:
             raise

@@ -151,7 +151,7 @@ def _open_streams(request: IdentifyRequest) -> list[ChunkedLog] | None:
     DehystError
         If streaming was asked for and a log cannot be read in chunks.
     """
-    windowed = request.start is not None or request.stop is not None
+    windowed = bool(request.start or request.stop)
     if request.stream and windowed:
         raise ParameterError(
             "--stream reads whole logs: --from and --to do not go with it. Leave them out, cut the log into files "

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
@@ -49,9 +50,31 @@ SHARE = 0.5
 PACKED = {".gz": 4.0, ".parquet": 2.0, ".feather": 2.0}
 
 
-def part_of(request: LogsRequest | SimulateRequest | MuscleRequest) -> dict[str, Any]:
+def part_of(request: SimulateRequest | MuscleRequest) -> dict[str, Any]:
     """Time column, its unit and the window of a request, as all readers of logs take them."""
     return {name: getattr(request, name) for name in ("time", "time_unit", "start", "stop")}
+
+
+def parts_of(request: LogsRequest) -> list[dict[str, Any]]:
+    """The same for each part of a log that a request names, the whole log if it names none.
+
+    Raises
+    ------
+    ParameterError
+        If several parts are not pairs of bounds one after the other.
+    """
+    bounds = [*zip_longest(request.start, request.stop)] or [(None, None)]
+    if len(bounds) > 1:
+        times = [time for pair in bounds for time in pair]
+        if None in times or times != sorted(times):
+            words = [*(("--from", time) for time in request.start), *(("--to", time) for time in request.stop)]
+            raise ParameterError(
+                f"{typed(word for pair in words for word in pair)}: several parts of a log are pairs "
+                f"of --from and --to, one after the other in time and apart, "
+                f"since samples that count twice would be fitted and tested at once. Write for example "
+                f"--from 0 --to 20 --from 35 --to 60."
+            )
+    return [{"time": request.time, "time_unit": request.time_unit, "start": a, "stop": b} for a, b in bounds]
 
 
 def named_columns(command: str, request: R, quiet: bool) -> R:
@@ -122,16 +145,20 @@ def is_large(logs: Sequence[Path]) -> bool:
 def read_logs(request: IdentifyRequest | CompareRequest) -> list[Read]:
     """Return the recordings of a request whose columns are named, each with its log and run."""
     return [
-        (log, run, read_log(log, request.input or "", request.output or "", run=run, **part_of(request)))
+        (log, run, read_log(log, request.input or "", request.output or "", run=run, **part))
         for log in request.logs
         for run in request.runs or (None,)
+        for part in parts_of(request)
     ]
 
 
-def recording_of(request: DriftRequest | EvaluateRequest, log: Path, run: str | None, card: ModelCard) -> Recording:
-    """Return the recording of a run; columns that are not named are those of the model's card."""
+def recordings_of(
+    request: DriftRequest | EvaluateRequest, log: Path, run: str | None, card: ModelCard
+) -> Iterator[Recording]:
+    """Yield the recordings of a run, one a part; columns that are not named are those of the model's card."""
     columns = request.input or card.input.name, request.output or card.output.name
-    return read_log(log, *columns, run=run, **part_of(request))
+    for part in parts_of(request):
+        yield read_log(log, *columns, run=run, **part)
 
 
 def signals_of(

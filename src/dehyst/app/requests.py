@@ -54,8 +54,10 @@ class LogsRequest:
     time: str | None = option()
     time_unit: str | None = option()
     runs: tuple[str, ...] = option(default=())
-    start: float | None = option()
-    stop: float | None = option()
+    start: tuple[float, ...] = option(
+        "Leave out samples before this time [s]; several parts: repeat --from and --to.", default=(), flag="--from"
+    )
+    stop: tuple[float, ...] = option("Leave out samples from this time on [s].", default=(), flag="--to")
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -304,4 +305,7 @@ def _origin(
     samples: Samples,
 ) -> dict[str, Any]:
     rows = samples.rows
-    return provenance(table, columns, run, [start, stop], (int(rows.size), int(rows.min()), int(rows.max())))
+    window = [
+        bound if bound is not None and math.isfinite(bound) else None for bound in (start, stop)
+    ]  # JSON has no inf
+    return provenance(table, columns, run, window, (int(rows.size), int(rows.min()), int(rows.max())))

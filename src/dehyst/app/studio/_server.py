@@ -52,6 +52,7 @@ class Studio:
     limit: int = LIMIT
     files: dict[str, Path] = field(default_factory=dict)
     logs: list[str] = field(default_factory=list)
+    refused: set[str] = field(default_factory=set)  # logs that cannot be read
     workers: Workers = field(default_factory=Workers)
     pages: int = 0
     left: float = field(default_factory=time.monotonic)
@@ -79,9 +80,10 @@ class Studio:
         return made
 
     def about(self, name: str) -> dict[str, Any]:
-        """Id, name and size of a log."""
+        """Id, name and size of a log, and whether it was found that it cannot be read."""
         path = self.files[name]
-        return {"id": name, "name": path.name, "bytes": path.stat().st_size if path.exists() else 0}
+        size = path.stat().st_size if path.exists() else 0
+        return {"id": name, "name": path.name, "bytes": size, "refused": name in self.refused}
 
     async def watch(self) -> None:
         """End when no page was open and nothing ran for so long; stop what runs when the studio ends."""
@@ -294,6 +296,10 @@ async def run(studio: Studio, request: Request) -> Response:
                 if "status" in event:
                     event = await run_in_threadpool(_ended, studio, event, written)
                     done = "result" in event
+                    if command == "inspect":
+                        (studio.refused.discard if done else studio.refused.add)(str(given.get("log")))
+                    elif command == "verify" and done:  # which writes its record into the folder
+                        await run_in_threadpool(_packed, studio.place(given["folder"]))
                 yield _line(event)
         finally:
             if not done:
@@ -335,7 +341,12 @@ def _ended(studio: Studio, event: dict[str, Any], written: Mapping[str, Path]) -
         if path.is_dir():
             named = path.rename(path.with_name(str(result["name"])))
             kept["folder"] = studio.keep(named)
-            kept["zip"] = studio.keep(Path(shutil.make_archive(str(named), "zip", named.parent, named.name)))
+            kept["zip"] = studio.keep(_packed(named))
         elif path.exists():
             kept[name] = studio.keep(path)
     return {"result": result, "files": kept}
+
+
+def _packed(folder: Path) -> Path:
+    """Archive of a folder, beside it; an older one is replaced."""
+    return Path(shutil.make_archive(str(folder), "zip", folder.parent, folder.name))
