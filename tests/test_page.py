@@ -357,6 +357,31 @@ def test_a_refusal_that_names_an_option_leads_to_it(opened):
 
 
 @pytest.mark.slow
+def test_a_log_is_let_go_when_the_next_one_comes(opened, tmp_path):
+    log, rows = tmp_path / "log.csv", 50_000
+    log.write_bytes(big_log(rows))
+    page = opened.page
+    page.evaluate("""(() => {
+        const post = Worker.prototype.postMessage;
+        Worker.prototype.postMessage = function (...given) {
+            this.addEventListener("message", ({ data }) => { globalThis.wasm = data.memory; }, { once: true });
+            return post.apply(this, given);
+        };
+    })()""")
+    devtools = page.context.new_cdp_session(page)
+    held = []
+    for _ in range(6):
+        page.set_input_files("#log", log)
+        opened.until("document.querySelector('.results').answer?.said")
+        devtools.send("HeapProfiler.collectGarbage")
+        used = devtools.send("Runtime.getHeapUsage")
+        held.append((used["usedSize"] + used["backingStorageSize"], page.evaluate("globalThis.wasm")))
+    own = 8 * rows  # bytes of one signal
+    assert held[-1][0] < held[1][0] + own
+    assert held[-1][1] < held[1][1] + own
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("name", HOSTILE)
 def test_a_hostile_log_gets_a_sentence(opened, tmp_path, name):
     opened.drop(name, HOSTILE[name])

@@ -37,9 +37,11 @@ export function painted(): Promise<void> {
   });
 }
 
-/** Call when the reader changes between light and dark. */
-export function onScheme(changed: () => void): void {
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", changed);
+/** Call when the reader changes between light and dark; what it returns ends that, and lets go of what is called. */
+export function onScheme(changed: () => void): () => void {
+  const scheme = matchMedia("(prefers-color-scheme: dark)");
+  scheme.addEventListener("change", changed);
+  return () => scheme.removeEventListener("change", changed);
 }
 
 /** Offer bytes or text as a file. */

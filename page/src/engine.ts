@@ -73,12 +73,28 @@ export class Refusal extends Error {
   }
 }
 
+const HELD = 256e6; // bytes that a long log leaves: memory of WebAssembly only grows, so that the next log gets a new worker
+
 export class Engine {
   private readonly waiting = new Map<number, [(answer: any) => void, (fault: unknown) => void]>();
   private number = 0;
+  private held = 0;
+  private worker!: Worker;
 
-  private constructor(private readonly worker: Worker) {
+  private constructor(private readonly module: WebAssembly.Module) {}
+
+  static async open(module: WebAssembly.Module): Promise<Engine> {
+    const engine = new Engine(module);
+    await engine.start();
+    return engine;
+  }
+
+  private async start(): Promise<void> {
+    const link = URL.createObjectURL(new Blob([await unpacked("worker")], { type: "text/javascript" }));
+    const worker = (this.worker = new Worker(link));
+    URL.revokeObjectURL(link);
     worker.onmessage = ({ data }) => {
+      this.held = data.memory ?? 0;
       const [done, failed] = this.waiting.get(data.id)!;
       this.waiting.delete(data.id);
       if (data.fault) {
@@ -90,17 +106,14 @@ export class Engine {
       for (const [, failed] of this.waiting.values()) failed(new Refusal(`the page failed: ${event.message}`, false));
       this.waiting.clear();
     };
+    await this.ask("open", { module: this.module, studio: served() });
   }
 
-  static async open(module: WebAssembly.Module): Promise<Engine> {
-    const link = URL.createObjectURL(new Blob([await unpacked("worker")], { type: "text/javascript" }));
-    const engine = new Engine(new Worker(link));
-    URL.revokeObjectURL(link);
-    await engine.ask("open", { module, studio: served() });
-    return engine;
-  }
-
-  read(file: Blob): Promise<Summary> {
+  async read(file: Blob): Promise<Summary> {
+    if (this.held > HELD) {
+      this.stop();
+      await this.start();
+    }
     return this.ask("read", { file });
   }
   inspect(run: string): Promise<Summary> {

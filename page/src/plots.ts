@@ -65,6 +65,7 @@ abstract class Figure {
   protected plot: uPlot | null = null;
   private readonly watch: ResizeObserver;
   private unlink: (() => void) | null = null;
+  private readonly unscheme: () => void;
 
   constructor(
     root: HTMLElement,
@@ -86,12 +87,13 @@ abstract class Figure {
     root.append(this.element);
     this.watch = new ResizeObserver(() => this.fit());
     this.watch.observe(this.box);
-    onScheme(() => this.plot?.redraw());
+    this.unscheme = onScheme(() => this.plot?.redraw());
     if (options.link) this.unlink = options.link.listen((k) => this.follow(k));
   }
 
   destroy(): void {
     this.unlink?.();
+    this.unscheme();
     this.watch.disconnect();
     this.plot?.destroy();
     this.plot = null;
