@@ -331,7 +331,7 @@ def test_what_a_warning_prescribes_is_a_button_that_does_it(opened, tmp_path):
     rows = "\n".join(f"{a:.4f},{b:.5f},{c:.5f}" for a, b, c in zip(t, x, y, strict=True))
     log.write_text(f"time_s,pressure_bar,angle_deg\n{rows}\n")
     opened.drop(log.name, log.read_bytes())
-    opened.settled()
+    opened.answer()
     before = opened.page.inner_text("#verdict")
     opened.page.locator(".results").get_by_role("button", name="Identify with --train-fraction 1").click()
     answer = opened.answer()
@@ -469,6 +469,10 @@ def test_the_compensator_at_work_stays_on_the_reference_and_a_curve_does_not(ope
     assert Path(saving.value.path()).read_bytes().startswith(b"\x89PNG")
 
 
+def _circle(k: int) -> tuple[float, float]:
+    return np.sin(k / 16), np.sin(k / 16 - 0.3)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_axe_finds_nothing_serious(chromium, scheme):
@@ -476,8 +480,10 @@ def test_axe_finds_nothing_serious(chromium, scheme):
     if not axe.is_file():
         pytest.skip("axe-core is not installed: npm ci in page/, or make page")
     opened = Opened(chromium, color_scheme=scheme, viewport={"width": 390, "height": 844})
-    opened.page.click("text=Try an example")
-    opened.settled()
+    opened.drop("loop.csv", b"time_s,u_V,y_mm\n" + b"\n".join(b"%d,%g,%g" % (k, *_circle(k)) for k in range(100)))
+    opened.answer()
+    assert opened.page.locator(".cures button").count() > 0
+    opened.page.click(".options summary")
     found = []
     for tab in ("identify", "teach", "arm"):
         opened.page.click(f"#tab-{tab}")

@@ -103,3 +103,31 @@ def test_the_arm_shows_every_joints_error_at_every_moment(opened):
                 error = trials[k][9 + joints + 3 + kind * (joints + 3) + j, sample]
                 assert number(cells[2 * kind]) == pytest.approx(error, abs=0.0051)
                 assert number(cells[2 * kind + 1]) == pytest.approx(ARM["trials"][k]["rms"][name][j], abs=0.0051)
+
+
+def test_figure_and_table_of_the_arm_are_of_one_moment_from_the_beginning(opened):
+    page = opened.page
+    page.click("#tab-arm")
+    page.wait_for_selector("table.errors tbody tr")
+    for joint in (4, 1):
+        page.get_by_label("Figure of").select_option(f"joint {joint}")
+        page.wait_for_timeout(300)
+        time, *figure = page.locator("#panel-arm .u-legend .u-value").all_inner_texts()
+        assert number(time) == 0.0
+        cells = page.locator("table.errors tbody tr").nth(joint).locator("td").all_inner_texts()
+        assert [number(cells[k]) for k in (0, 2, 4)] == pytest.approx([number(v) for v in figure], abs=0.0051)
+
+
+@pytest.mark.parametrize("width", [375, 320])
+def test_on_a_phone_no_tab_and_no_column_of_the_arms_table_is_cut(chromium, width):  # noqa: F811
+    made = Opened(chromium, viewport={"width": width, "height": 700})
+    made.page.click("#tab-arm")
+    made.page.wait_for_selector("table.errors tbody tr")
+    cut = "[document.getElementById('tabs'), document.documentElement].map((e) => e.scrollWidth - e.clientWidth)"
+    assert made.page.evaluate(cut) == [0, 0]
+    ends = "[...document.querySelectorAll('[role=tab]')].map((e) => e.getBoundingClientRect().right)"
+    assert max(made.page.evaluate(ends)) <= width
+    if width == 375:
+        table = "(([e]) => e.scrollWidth - e.clientWidth)([document.querySelector('.errors').parentElement])"
+        assert made.page.evaluate(table) <= 0
+    made.close()

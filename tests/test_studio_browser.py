@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import zipfile
+from pathlib import Path
 
 import pytest
 
@@ -216,3 +217,25 @@ def test_a_page_of_another_server_of_this_machine_gets_nothing(page, log, tmp_pa
         assert other.evaluate(ask, f"{here}api/run/identify") == "nothing"
         assert other.evaluate("(url) => fetch(url).then((answer) => answer.status, () => 'nothing')", here) == "nothing"
         other.close()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing_serious_in_the_studio(chromium, log, tmp_path, scheme):
+    axe = Path(__file__).parents[1] / "page" / "node_modules" / "axe-core" / "axe.min.js"
+    if not axe.is_file():
+        pytest.skip("axe-core is not installed: npm ci in page/, or make page")
+    with started(tmp_path, str(log)) as (address, _):
+        page = chromium.new_page(color_scheme=scheme, viewport={"width": 375, "height": 800})
+        page.set_default_timeout(WAIT)
+        page.goto(address)
+        page.locator(".signals .u-over").first.wait_for()
+        page.get_by_role("button", name="Add a window").click()
+        page.get_by_label("Family").select_option("pi")
+        page.get_by_role("button", name="Identify", exact=True).click()
+        page.locator(".verdict").wait_for()
+        page.evaluate(axe.read_text(encoding="utf-8"))
+        found = page.evaluate("axe.run({resultTypes: ['violations']})")["violations"]
+        bad = [(v["id"], v["nodes"][0]["html"][:150]) for v in found if v["impact"] in ("serious", "critical")]
+        assert bad == []
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        page.close()

@@ -82,10 +82,9 @@ function typed(input, output, reading, fitting) {
 }
 /** What takes longer: the last fit as `dehyst identify --json` prints it, and what its residual follows. */
 export function more() {
-  const { largest, suggestions } = last.residual;
   return {
     said: plain(last.as_dict()),
-    left: largest && suggestions.length ? suggestions[0] : "",
+    left: last.residual.suggestions[0] ?? "",
   };
 }
 /** The C folder of the last model, as `dehyst export MODEL --target c` writes it. */

@@ -6,7 +6,7 @@ import { h, onScheme, save, token } from "./dom";
 /** One cursor for several figures: the index of a sample, or null. */
 export class Link {
   private readonly listeners = new Set<(k: number | null) => void>();
-  private last: number | null = null;
+  last: number | null = null;
 
   listen(listener: (k: number | null) => void): () => void {
     this.listeners.add(listener);
@@ -224,7 +224,8 @@ export class TimePlot extends Figure {
     this.plot = new uPlot(
       {
         ...this.size(),
-        scales: { x: { time: false } },
+        // Bars begin at 0, and those at the ends are seen whole.
+        scales: lines.some(({ bars }) => bars) ? { x: { time: false, range: (_u, low, high) => [low - 0.02 * (high - low), high + 0.02 * (high - low)] }, y: { range: (_u, low, high) => [Math.min(0, low), Math.max(0, 1.05 * high)] } } : { x: { time: false } },
         axes: this.axes(),
         legend: { markers: { width: 3 } },
         cursor: {
@@ -246,6 +247,7 @@ export class TimePlot extends Figure {
           })),
         ],
         hooks: {
+          ready: [() => setTimeout(() => this.follow(this.options.link?.last ?? null))],
           drawClear: [(u) => this.shade(u)],
           setCursor: [(u) => { if (u.cursor.event) this.options.link?.set(u.cursor.idx ?? null); }],
           setSelect: [(u) => {
@@ -281,6 +283,7 @@ export class TimePlot extends Figure {
     const u = this.plot;
     if (!u || u.cursor.event) return;
     u.setCursor(k === null ? { left: -10, top: -10 } : { left: u.valToPos(this.t[k], "x"), top: 0 }, false);
+    if (k !== null) u.setLegend({ idx: k }, false); // not the sample beside it, to which rounding of pixels may lead
   }
 
   private shade(u: uPlot): void {
