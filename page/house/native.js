@@ -390,6 +390,7 @@ class Place {
   __lt__(o) { return this.path < o.path; }
   __str__() { return this.path; }
 }
+class Weak extends Dict { map = new WeakMap(); } // a table may go
 class Counts extends Dict { lookup(k) { return super.lookup(k) ?? [k, 0]; } }
 export function provide() {
   $.provide("numpy", np);
@@ -407,7 +408,7 @@ export function provide() {
   $.provide("shlex", { quote: (s) => (s !== "" && /^[\w@%+=:,./-]+$/.test(s) ? s : `'${s.replaceAll("'", "'\"'\"'")}'`) });
   $.provide("json", library.json);
   $.provide("warnings", { warn: () => null });
-  $.provide("weakref", { WeakKeyDictionary: $.b.dict });
+  $.provide("weakref", { WeakKeyDictionary: () => new Weak() });
   $.provide("os", { PathLike: anything, linesep: "\n", name: "posix", fspath: (v) => v, environ: $.dict(), cpu_count: () => 1 });
   $.provide("inspect", { signature: () => ({ bind: anything, parameters: $.dict() }) });
   $.provide("collections", { Counter: (v) => { const d = new Counts(); for (const x of v === undefined ? [] : $.it(v)) d.set(x, d.lookup(x)[1] + 1); return d; }, defaultdict: anything });
