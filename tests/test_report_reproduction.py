@@ -26,7 +26,7 @@ from dehyst.robot.report.reasons import in_words, largest_error, limit_words
 from dehyst.robot.report.studies import break_even, rest_study
 from dehyst.robot.report.tables import acceptance
 from dehyst.robot.report.tool import worst_corner
-from dehyst.robot.report.words import lead, tiles
+from dehyst.robot.report.words import WHY, lead, tiles
 from report_samples import read
 from reproduction_samples import plant_result, sample_reproduction
 
@@ -167,6 +167,7 @@ def test_a_larger_largest_error_is_shown_with_where_it_lies(tmp_path):
     assert (
         "The largest error of a joint grows with the compensator in 1 case: maxwell-slip, joint 1, fast (150 %)" in text
     )  # on the first screen as well
+    assert f"Why: each plant's “Where it gets worse” below, and {WHY}." in text
 
 
 @pytest.mark.slow

@@ -16,6 +16,7 @@ from dehyst.app.targets import PAGE
 from dehyst.errors import OutputError
 from dehyst.robot.arm import load_robot
 from dehyst.robot.experiments.results import PlantResult, Reproduction
+from dehyst.robot.report.words import WHY
 
 SHORTEST = {
     **QUICK,
@@ -262,6 +263,24 @@ def test_the_conditions_of_the_packaged_arm_are_chosen_by_name(tmp_path):
     assert command._robot(ReproduceRequest(quick=True, out=tmp_path)) == robot  # where nothing is said
     line = command._line(ReproduceRequest(quick=True, conditions="kind", out=tmp_path))
     assert "--conditions kind" in line
+
+
+def test_an_error_that_grows_with_a_compensator_is_said_with_joint_trial_ratio_and_where_to_read_why(capsys):
+    off, paper, best = ({"rms_deg": rms, "max_deg": most} for rms, most in ((1.0, 2.0), (1.26, 1.9), (0.4, 4.5)))
+    trials = {"fast": {"off": off, "paper": off, "best": off}, "slow": {"off": off, "paper": paper, "best": best}}
+    plant = PlantResult("dahl", {}, (), {0: {"joints": {"4": {"trials": trials}}, "tool": {}}}, 1.0)
+    settings = {"joints": [4], "trials": ["fast", "slow"]}
+    command._print_grown(Reproduction({"dahl": plant}, "best", settings, compensators=("paper", "best")))
+    said = " ".join(capsys.readouterr().err.split())
+    assert "The rms error of a joint grows with the compensator “paper” in 1 case: dahl, joint 4, slow (126 %)" in said
+    assert "largest error of a joint grows with the compensator “best” in 1 case: dahl, joint 4, slow (225 %)" in said
+    assert said.count("warning: ") == 2 and f"and {WHY}." in said
+    page, _, anchor = WHY.partition("#")
+    titles = re.findall(r"^## (.*)$", (Path(__file__).parents[1] / page).read_text(encoding="utf-8"), re.M)
+    assert anchor in [title.lower().replace(" ", "-") for title in titles]
+    trials["slow"] = trials["fast"]
+    command._print_grown(Reproduction({"dahl": plant}, "best", settings, compensators=("paper", "best")))
+    assert not capsys.readouterr().err
 
 
 def test_robot_conditions_and_poles_stand_below_the_table(finished):

@@ -26,7 +26,7 @@ from dehyst.robot.experiments.output import as_json, log_folder, log_names, mean
 from dehyst.robot.experiments.reproduce import PLANTS, Request, reproduce
 from dehyst.robot.experiments.results import Reproduction
 from dehyst.robot.report import write_reproduction_report
-from dehyst.robot.report.words import run_on
+from dehyst.robot.report.words import WHY, grown, run_on
 from dehyst.shell import typed
 
 MOST_REMARKS = 12  # on the terminal
@@ -66,6 +66,7 @@ def run_reproduce(request: ReproduceRequest) -> None:
     for path in filter(None, (figures_file, request.json)):
         write_atomically(path, json.dumps(figures, indent=2, allow_nan=False) + "\n")
     _print(result)
+    _print_grown(result)
     _print_limits(result)
     tell(f"\nOpen {page} in a browser; logs and figures.json lie beside it.")
 
@@ -189,6 +190,15 @@ def _rows(joints: Any, names: tuple[str, ...]) -> Iterator[tuple[tuple[str, str]
         for trial, run in values["trials"].items():
             for name in names:
                 yield (joint, trial), run, name
+
+
+def _print_grown(result: Reproduction) -> None:
+    """Say where a compensator costs, with its joint, trial and ratio: nobody looks for that in a table of gains."""
+    said = grown(result)
+    for text in said:
+        terminal(stderr=True).print(f"warning: {text}")
+    if said:
+        terminal(stderr=True).print(f"Why: “Where it gets worse” in the report, and {WHY}.")
 
 
 def _print_limits(result: Reproduction) -> None:

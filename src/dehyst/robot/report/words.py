@@ -200,21 +200,37 @@ def _cell(ratios: Sequence[Spread]) -> str:
     return _percent([ratio.mean for ratio in ratios]) if ratios else "–"
 
 
+WHY = "docs/explanation/gain-or-compensator.md#why-an-error-grows"
+
+
+def grown(result: Reproduction) -> list[str]:
+    """Say, a sentence each, in which cases a compensator makes an error of a joint larger than it is without."""
+    said = []
+    for name in result.compensators:
+        which = f" “{short(name, 20)}”" if len(result.compensators) > 1 else ""
+        for figure, words in (("rms_deg", "rms error"), ("max_deg", "largest error")):
+            if found := [one for one in _every_ratio(result, name, figure) if one[3] > 1.0]:
+                said.append(f"The {words} of a joint grows with the compensator{which} in {_cases(found)}.")
+    return said
+
+
+def _every_ratio(result: Reproduction, compensator: str, figure: str) -> list[tuple[str, int, str, float]]:
+    """Plant, joint, trial, and a figure with the compensator over the one without, wherever there are both."""
+    return [
+        (plant.plant, joint, trial, ratio.mean)
+        for plant in result.plants.values()
+        for joint in joints_of(result)
+        for trial in trials_of(result)
+        if (ratio := trial_ratio(plant, joint, trial, compensator, figure)) is not None
+    ]
+
+
 def worse(result: Reproduction) -> str:
-    """Say in which cases the compensator makes an error larger, or that it does so in none; "" without runs."""
-    said, cases = [], 0
-    for name, words in (("rms_deg", "rms error"), ("max_deg", "largest error")):
-        found = []
-        for plant in result.plants.values():
-            for joint in joints_of(result):
-                for trial in trials_of(result):
-                    ratio = trial_ratio(plant, joint, trial, result.compensator, name)
-                    cases += ratio is not None
-                    if ratio is not None and ratio.mean > 1.0:
-                        found.append((plant.plant, joint, trial, ratio.mean))
-        if found:
-            said.append(f"The {words} of a joint grows with the compensator in {_cases(found)}.")
-    if not said and cases:
+    """Say in which cases compensators make an error larger and where to read why, or that they do so in none."""
+    said = grown(result)
+    if said:
+        said.append(f"Why: each plant's “Where it gets worse” below, and {WHY}.")
+    elif _every_ratio(result, result.compensator, "rms_deg"):
         said.append("In no trial does a joint's rms or largest error grow with the compensator.")
     return " ".join((*said, *filter(None, (_worse_tool(result),))))
 
