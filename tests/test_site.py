@@ -114,6 +114,12 @@ def test_every_page_notebook_and_formula_is_there(built):
     assert pages.count("<math") > 50 and "arithmatex" not in pages
 
 
+def test_the_page_for_a_browser_is_part_of_the_site(built):
+    part = "src/dehyst/page/dehyst.html"
+    assert (built / part).read_bytes() == (ROOT / part).read_bytes()
+    assert f'href="../../{part}"' in (built / "how-to/try-in-a-browser/index.html").read_text(encoding="utf-8")
+
+
 @pytest.mark.parametrize("link", ["nowhere.md", "explanation/method.md#nothing"])
 def test_a_broken_link_fails(link, tmp_path, monkeypatch):
     page = site.page
