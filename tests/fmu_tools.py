@@ -22,10 +22,22 @@ NEEDS_COMPILER = pytest.mark.skipif(
 )
 
 
+COMPILED = {}  # libraries of this process: verify compiles again what export has compiled
+
+
 @contextmanager
 def quickly():
-    """One compiler and no cross compiler: what else there is, one test tries."""
+    """One compiler and no cross compiler, each text once: what else there is, one test tries."""
+    compiled = sources._compiled
+
+    def once(command, target, texts, library):
+        key = (*command, *sources.OPTIONS, library, *sorted(texts.items()))
+        if key not in COMPILED:
+            COMPILED[key] = compiled(command, target, texts, library)
+        return COMPILED[key]
+
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sources, "_compiled", once)
         patch.setattr(sources, "TARGETS", (sources.LINUX,))
         patch.setattr(sources, "find_spec", lambda name: None)  # zig, which test_export_platforms.py tries
         patch.setattr(compilers, "COMPILERS", ("cc",))
@@ -39,7 +51,7 @@ def fmpy():
     return pytest.importorskip("fmpy", reason="needs FMPy: pip install 'dehyst[fmi]'")
 
 
-def run_sequences(version, folder, work, *options):
+def run_sequences(version, folder, work, *options, count=25_000):
     """Counts of random calls under ASan and UBSan of the sources in an exported folder: name -> number."""
     flags = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", f"-DFMI={version}", *options]
     build = [CC, *flags, "-I", str(folder / "sources"), str(HERE / "fmu_sequences.c"), "-o", "run", "-lm"]
@@ -47,7 +59,7 @@ def run_sequences(version, folder, work, *options):
     if "cannot find" in built.stderr:
         pytest.skip("this compiler has no sanitizers")
     assert built.returncode == 0, built.stderr
-    count, seed = os.environ.get("DEHYST_FMU_SEQUENCES", "25000"), os.environ.get("DEHYST_FMU_SEED", "1")
+    count, seed = os.environ.get("DEHYST_FMU_SEQUENCES", str(count)), os.environ.get("DEHYST_FMU_SEED", "1")
     done = subprocess.run(["./run", count, seed], cwd=work, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     numbers = {name: int(number) for number, name in re.findall(r"(\d+) (\w+)", done.stdout)}

@@ -4,6 +4,7 @@ import json
 import shutil
 import struct
 import subprocess
+from functools import cache
 
 import numpy as np
 import pytest
@@ -36,6 +37,7 @@ CASES = {
 }
 
 
+@cache
 def subject(case="scheduled", real="double", adaptation=QUICK):
     return joint_subject(direct_model(**CASES[case]), TOLD, adaptation, name="elbow", real=real)
 

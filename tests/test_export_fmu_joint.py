@@ -173,4 +173,5 @@ def test_parameters_can_be_read(fmu):
 
 @pytest.mark.slow
 def test_random_sequences_of_calls_never_crash(fmu, tmp_path):
-    assert run_sequences(*fmu, tmp_path)["discarded"] > 100
+    # A step of a joint takes long; the machine of states is that of the block, of which test_export_fmu.py asks more.
+    assert run_sequences(*fmu, tmp_path, count=8000)["discarded"] > 100

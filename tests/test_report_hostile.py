@@ -147,7 +147,7 @@ def experiment_pages(names: tuple[str, ...], folder: Path) -> list[Path]:
 QUICK = [compare_pages, muscle_pages, sweep_pictures, design_pictures]
 SLOW = [fit_pages, drift_pages, experiment_pages]  # drawn for seconds: several names at once
 CASES = [(write, (what,)) for write in QUICK for what in NAMES]
-CASES += [(write, (*NAMES,)[k : k + 4]) for write in SLOW for k in range(0, len(NAMES), 4)]
+CASES += [(write, (*NAMES,)[k : k + 6]) for write in SLOW for k in range(0, len(NAMES), 6)]
 
 
 @pytest.mark.slow
