@@ -13,7 +13,7 @@ import tempfile
 from pathlib import Path
 
 OUT = Path(__file__).resolve().parents[1] / "images" / "studio.png"
-WIDTH, HEIGHT = 1100, 1330
+WIDTH, HEIGHT = 1100, 1460
 
 
 def main() -> None:

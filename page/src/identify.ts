@@ -58,11 +58,14 @@ class Identify {
     const turn = ++this.turn;
     this.trouble.replaceChildren();
     const begun = performance.now();
+    const clock = h("span", { "aria-hidden": "true" }); // seconds are to be seen, not to be read out
+    // Made once: a button that is made anew while it is pressed is not clicked.
+    const said = [h("span", { class: "spinner", "aria-hidden": "true" }), `${sentence} …`, clock, h("button", { type: "button", class: "quiet", onclick: () => this.stop() }, "Stop")];
     const tick = setInterval(() => {
       const seconds = (performance.now() - begun) / 1000;
       if (1000 * seconds < WAITS || turn !== this.turn) return;
-      this.status.replaceChildren(h("span", { class: "spinner", "aria-hidden": "true" }), `${sentence} … ${seconds >= 2 ? `${Math.floor(seconds)} s ` : ""}`,
-        h("button", { type: "button", class: "quiet", onclick: () => this.stop() }, "Stop"));
+      if (!clock.isConnected) this.status.replaceChildren(...said);
+      if (seconds >= 2) clock.textContent = `${Math.floor(seconds)} s`;
     }, 200);
     try {
       const answer = await work(await this.engine);
