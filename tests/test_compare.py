@@ -346,6 +346,7 @@ def test_the_inverse_of_the_curve_errs_as_much_in_compare_as_in_identify():
     assert found["static"].inverse_percent == pytest.approx(row.input_percent, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_errors_that_differ_are_not_printed_as_the_same_number():
     """It said "0.09 % of range rms, against 0.09 %"."""
     found = compare(example_recording(), ["pi", "modified-pi"])

@@ -35,6 +35,7 @@ def test_the_command_line_gives_the_same_model_bit_for_bit_from_the_written_log(
     assert np.array_equal(model.inverse().simulate(q), found.fit.model.inverse().simulate(q))
 
 
+@pytest.mark.slow
 def test_the_log_on_disk_is_the_log_of_the_run():
     found = identified(1)
     read = dehyst.read_log(
@@ -120,6 +121,7 @@ def test_runs_with_paper_and_off_are_then_the_same_bit_for_bit(name):
     assert not on.compensation.any()
 
 
+@pytest.mark.slow
 def test_the_accepted_model_is_put_into_the_controller_with_its_shear():
     ready = equipment()
     assert ready.controllers[1].shear == identified(1).shear * 1e5 == 1e5

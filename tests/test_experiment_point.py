@@ -82,6 +82,7 @@ def test_another_pole_is_another_run_of_the_same_identification():
     assert other["slow/off/rms_deg"] < 0.5 * point()["slow/off/rms_deg"]
 
 
+@pytest.mark.slow
 def test_a_compensator_is_taken_for_stale_where_hysteresis_is_gone_and_not_where_it_was_identified():
     with warnings.catch_warnings():
         warnings.simplefilter("error")

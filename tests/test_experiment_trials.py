@@ -118,6 +118,7 @@ def test_a_compensator_of_ones_own_hears_the_whole_motion_from_the_homing_on():
     assert np.abs(mine.velocities).max() > 0.05
 
 
+@pytest.mark.slow
 def test_a_compensator_of_ones_own_is_not_asked_while_it_is_off():
     mine = Delegates(own_inverse())
     assert np.array_equal(short("slow", "off", own={1: mine}).angle, without("slow").angle)

@@ -23,6 +23,7 @@ def highest(conditions):
     return highest_pole(robot, equipment, (1,))
 
 
+@pytest.mark.slow
 def test_the_pole_that_is_found_has_its_margins_and_the_next_one_has_not():
     robot, equipment = told(conditions="realistic")
     pole = highest("realistic")

@@ -58,6 +58,7 @@ def test_a_family_becomes_a_compensator_that_halves_the_error_at_least(joint, na
     assert path_cost(model, 50, 1) > 0
 
 
+@pytest.mark.slow
 def test_the_way_that_says_more_of_the_log_is_taken(joint):
     found = joint.found["paper"]
     both, one, other = (learned(found, "dahl", way=way) for way in ("", INVERTED, AS_IT_IS))
