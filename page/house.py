@@ -728,7 +728,7 @@ MODULES = (
     "identification/certify identification/data identification/evidence identification/facts identification/families "
     "identification/fit identification/least_squares identification/memory identification/mending "
     "identification/plays identification/procedure identification/refine identification/regressors "
-    "identification/residual identification/scores identification/selection identification/settings "
+    "identification/residual identification/scores identification/selection identification/settings identification/shear "
     "identification/short_signal identification/split identification/static_curve identification/tracking io/cells "
     "io/checks io/clean io/clocks io/columns io/delimited io/layout io/logs io/order io/plain io/select "
     "io/table io/text "

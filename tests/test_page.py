@@ -28,7 +28,9 @@ PAGE = ROOT / "src" / "dehyst" / "page" / "dehyst.html"
 DATA = ROOT.parent / "shared" / "data"
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
 LIMIT = 600_000
-OPTIONS = ("--train-fraction", "--eps", "--initial-state", "--from", "--to", "--time", "--time-unit")
+OPTIONS = (
+    "--train-fraction", "--eps", "--initial-state", "--max-inverse-gain", "--from", "--to", "--time", "--time-unit",
+)  # fmt: skip
 LISTS = ("--initial-state", "--time", "--time-unit")
 MEASURED = [
     ("piezo_dbo", "voltage_v", "displacement_um", "model"),
@@ -213,7 +215,7 @@ def typed(options: dict[str, str]) -> tuple[dict, dict]:
         names.get(flag, flag[2:].replace("-", "_")): value if flag in LISTS or value == "auto" else float(value)
         for flag, value in options.items()
     }
-    fitting = {"train_fraction", "eps", "initial_state"}
+    fitting = {"train_fraction", "eps", "initial_state", "max_inverse_gain"}
     return {k: v for k, v in given.items() if k not in fitting}, {k: v for k, v in given.items() if k in fitting}
 
 
@@ -272,7 +274,6 @@ def test_every_option_that_a_message_of_the_page_prescribes_has_a_control():
     other = {"--family", "--for"}  # another model than the page's: its last command leads there
     beyond = {
         "--shear",
-        "--max-inverse-gain",
         "--stream",
         "--families",
         "--save",
@@ -298,6 +299,7 @@ def _prescribed(source: str) -> set[str]:
 CASES = [
     *({"--train-fraction": value} for value in ("0.3", "0.8", "1", "1.5")),
     *({"--eps": value} for value in ("auto", "0.5", "2", "1e9")),
+    *({"--max-inverse-gain": value} for value in ("0.4", "0.1", "-1")), {"--max-inverse-gain": "2", "--eps": "0.5"},
     *({"--initial-state": value} for value in ("auto", "zero", "origin", "rest", "rising", "falling", "unknown")),
     {"--from": "5"}, {"--to": "12.5"}, {"--from": "4", "--to": "17"}, {"--from": "9", "--to": "3"}, {"--to": "1e-3"},
     {"--time-unit": "ms"}, {"--time-unit": "min"}, {"--time": "pressure_bar"},

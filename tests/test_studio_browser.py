@@ -12,8 +12,10 @@ import sys
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import dehyst
 from dehyst.robot.experiments import example_csv
 from test_report_browser import BROWSER
 
@@ -239,3 +241,27 @@ def test_axe_finds_nothing_serious_in_the_studio(chromium, log, tmp_path, scheme
         assert bad == []
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
         page.close()
+
+
+def test_the_studio_has_the_options_too_and_does_what_a_warning_prescribes(page, tmp_path):
+    t = np.linspace(0.0, 20.0, 400)
+    x = 1.0 - np.cos(2.0 * np.pi * t / 20.0)
+    y = dehyst.PrandtlIshlinskii([0.0, 0.2, 0.5], [1.0, 0.4, 0.3]).simulate(x)
+    rows = "\n".join(f"{b:.5f},{c:.5f},{a:.4f},{3 * a * a:.4f}" for a, b, c in zip(t, x, y, strict=True))
+    (tmp_path / "loop.csv").write_text(f"pressure_bar,angle_deg,time_s,t_s\n{rows}\n")
+    with started(tmp_path, str(tmp_path / "loop.csv")) as (address, _):
+        page.goto(address)
+        page.get_by_role("button", name="Identify with --time time_s").last.click()  # two clocks contradict each other
+        page.locator(".signals .u-over").first.wait_for()
+        page.get_by_label("Family").select_option("pi")
+        page.get_by_role("button", name="Identify", exact=True).click()
+        page.locator(".verdict.no").wait_for()
+        page.get_by_role("button", name="Identify with --train-fraction 1").last.click()
+        page.locator(".verdict.care, .verdict.good").wait_for()
+        assert "--time=time_s --train-fraction=1" in re.sub(
+            r" --family=\S+ --for=\S+", "", page.locator("pre").inner_text()
+        )
+        page.get_by_text("Options", exact=True).click()
+        page.locator("#studio-eps").fill("a lot")
+        page.get_by_role("button", name="Identify", exact=True).click()
+        assert "“a lot” is not a number" in page.get_by_role("alert").inner_text()

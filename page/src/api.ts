@@ -14,6 +14,8 @@ export interface State {
   version: string;
   logs: Log[];
   limit: number;
+  starts: string[];
+  units: string[];
   families: { name: string; title: string }[];
   targets: { name: string; summary: string; reals: string[] }[];
 }

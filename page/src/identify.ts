@@ -178,6 +178,7 @@ class Identify {
 
   private cures(message: string): HTMLElement | null {
     const made = this.options?.cures(message, () => void this.identify()) ?? [];
+    if (message.includes("--family ")) made.push(h("button", { type: "button", onclick: () => document.getElementById("command")?.firstElementChild?.scrollIntoView({ block: "center" }) }, "To the command for other families"));
     return made.length ? h("p", { class: "row cures" }, ...made) : null;
   }
 

@@ -1,9 +1,16 @@
 /** The options of the command line that the messages of the page prescribe, as controls of the same names. */
 
 import { h } from "./dom";
-import { Refusal, Summary } from "./engine";
+import { Column, Refusal } from "./engine";
 
 type Control = HTMLInputElement | HTMLSelectElement;
+
+/** What lists of an option hold: columns of the log, assumptions of its past, units of time. */
+interface Known {
+  columns: Pick<Column, "name" | "minimum">[];
+  starts: string[];
+  units: string[];
+}
 
 /** What is passed on: names as Python has them, values as it takes them; what is left at its default is not there. */
 export interface Given {
@@ -25,8 +32,8 @@ export class Options {
   readonly element: HTMLDetailsElement;
   private readonly all: Option[];
 
-  /** `old`: options of the same log, whose values stay. */
-  constructor(summary: Summary, go: () => void, old: Options | null) {
+  /** `old`: options of the same log, whose values stay; `place`: begins the ids; `cut`: whether a part can be cut here. */
+  constructor(known: Known, go: () => void, old: Options | null = null, place = "option", cut = true) {
     const list = (usual: string, names: string[]): Control => h("select", {}, h("option", { value: "" }, usual), ...names.map((name) => h("option", {}, name)));
     const number = (usual: string): Control => h("input", { type: "text", inputmode: "decimal", placeholder: usual, size: 10, autocomplete: "off",
       onkeydown: (event: KeyboardEvent) => { if (event.key === "Enter") go(); } });
@@ -34,17 +41,18 @@ export class Options {
     this.all = [
       option(true, "--train-fraction", "Share that is fitted, 0 to 1; the rest tests the model", number("first half")),
       option(true, "--eps", "Smallest slope after a reversal; auto: as firm as costs little", number("0.001, the paper's")),
-      option(true, "--initial-state", "What the actuator did before the log", list("auto", summary.starts)),
-      option(false, "--from", "Use the log from this time on [s]", number("its first sample")),
-      option(false, "--to", "Use the log up to this time [s]", number("its last sample")),
-      option(false, "--time", "Time column", list("by its name", summary.columns.filter(({ minimum }) => Number.isFinite(minimum)).map(({ name }) => name))),
-      option(false, "--time-unit", "Unit of time", list("by its name", summary.units)),
+      option(true, "--initial-state", "What the actuator did before the log", list("auto", known.starts)),
+      option(true, "--max-inverse-gain", "Largest slope of the inverse, input over output; instead of the smallest slope", number("any")),
+      ...(cut ? [option(false, "--from", "Use the log from this time on [s]", number("its first sample")),
+        option(false, "--to", "Use the log up to this time [s]", number("its last sample"))] : []),
+      option(false, "--time", "Time column", list("by its name", known.columns.filter(({ minimum }) => Number.isFinite(minimum)).map(({ name }) => name))),
+      option(false, "--time-unit", "Unit of time", list("by its name", known.units)),
     ];
     for (const { flag, control } of this.all) {
-      control.id = `option${flag.slice(1)}`;
+      control.id = `${place}${flag.slice(1)}`;
       if (old) control.value = old.find(flag)!.control.value;
     }
-    this.element = h("details", { class: "findings options" }, h("summary", {}, "Options"),
+    this.element = h("details", { class: "options" }, h("summary", {}, "Options"),
       h("div", { class: "row" }, ...this.all.map(({ flag, about, control }) => h("label", { for: control.id }, h("span", {}, about, " ", h("code", {}, flag)), control))));
     this.element.open = old?.element.open ?? false;
   }
@@ -88,6 +96,7 @@ export class Options {
       if (!known || control.value === word) continue;
       const take = (): void => {
         control.value = word;
+        control.dispatchEvent(new Event("change"));
         go();
       };
       made.set(`${flag} ${word}`, h("button", { type: "button", onclick: take }, "Identify with ", h("code", {}, `${flag} ${word}`)));

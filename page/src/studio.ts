@@ -3,6 +3,7 @@
 
 import * as api from "./api";
 import { h, line, save } from "./dom";
+import { Given, Options } from "./options";
 import { Link, short, TimePlot } from "./plots";
 import type { Core } from "./wasm";
 
@@ -11,6 +12,7 @@ export { served } from "./api";
 interface Column {
   name: string;
   unit: string;
+  minimum: number;
   role: string;
   reason: string;
   constant: boolean;
@@ -163,8 +165,9 @@ class Work {
   private readonly family: HTMLSelectElement;
   private readonly purpose: HTMLSelectElement;
   private readonly extra: Record<"load" | "mean_pressure", HTMLSelectElement>;
+  private readonly options: Options;
   private readonly charts = h("div");
-  private readonly job = new Job();
+  private readonly job = new Job((message) => this.cures(message));
   private readonly found = h("div");
   private plots: TimePlot[] = [];
   private drawn: Signals | null = null;
@@ -192,11 +195,13 @@ class Work {
       ...state.families.map(({ name, title }) => h("option", { value: name }, `${title} (${name})`)));
     this.purpose = h("select", {}, h("option", { value: "compensate" }, "compensation"), h("option", { value: "simulate" }, "simulation"));
     this.extra = { load: pick(null, "none"), mean_pressure: pick(null, "none") };
+    this.options = new Options({ ...state, columns: summary.columns }, () => this.identify(), null, "studio", false);
+    for (const list of this.options.element.querySelectorAll("select")) list.addEventListener("change", () => this.draw());
     const act = (command: "identify" | "compare", words: string, main = false): HTMLButtonElement =>
       h("button", { type: "button", ...(main ? { class: "main" } : {}), onclick: () => this[command]() }, words);
     root.append(
       h("p", { class: "caption" }, `${summary.name}: ${summary.rows} rows${names.length > 1 ? `, ${names.length} runs` : ""}.`),
-      ...summary.findings.map(finding),
+      ...summary.findings.map((each) => this.finding(each)),
       h("div", { class: "row" }, h("label", {}, "Input, what drives", this.columns.input), h("label", {}, "Output, what follows", this.columns.output),
         this.runs.length > 1 && h("fieldset", {}, h("legend", {}, "Runs"), ...this.runs.map((box, k) => h("label", { class: "check" }, box, `${names[k]} (${summary.runs[names[k]]})`)))),
       this.charts,
@@ -207,7 +212,7 @@ class Work {
       h("div", { class: "row" }, h("label", {}, "Family", this.family), h("label", {}, "Model for", this.purpose),
         h("label", { class: "of-direct", hidden: true }, "Load column", this.extra.load), h("label", { class: "of-direct", hidden: true }, "Mean pressure column", this.extra.mean_pressure),
         act("identify", "Identify", true), act("compare", "Compare all families")),
-      this.job.element, this.found,
+      this.options.element, this.job.element, this.found,
     );
     this.draw();
   }
@@ -243,9 +248,9 @@ class Work {
       return;
     }
     const run = this.runs.length > 1 ? (this.runs.find((box) => box.checked)?.value ?? null) : null;
-    const job = new Job();
+    const job = new Job((message) => this.options.cures(message, () => undefined)); // what is changed is drawn
     this.charts.replaceChildren(job.element);
-    void job.run<Signals>("signals", { log: this.log.id, input, output, run }, ({ result }) => {
+    void job.run<Signals>("signals", { log: this.log.id, input, output, run, ...this.given()?.reading }, ({ result }) => {
       const panels = h("div", { class: "signals" });
       this.charts.replaceChildren(panels);
       this.drawn = result;
@@ -317,6 +322,25 @@ class Work {
     this.plots.forEach((plot) => plot.mark(this.chosen().length ? out : []));
   }
 
+  /** The options as they stand; null if one is no number, which is said. */
+  private given(): Given | null {
+    try {
+      return this.options.given();
+    } catch (fault) {
+      this.job.fail(fault);
+      return null;
+    }
+  }
+
+  /** Buttons for what a message prescribes. */
+  private cures(message: string): HTMLElement[] {
+    return this.options.cures(message, () => this.identify());
+  }
+
+  private finding({ code, message }: Finding): HTMLElement {
+    return h("div", { class: "warning" }, h("code", {}, code), `: ${message}`, ...row(this.cures(message)));
+  }
+
   private direct(): void {
     const on = this.family.value === "direct-inverse";
     for (const label of this.found.parentElement!.querySelectorAll<HTMLElement>(".of-direct")) label.hidden = !on;
@@ -326,7 +350,9 @@ class Work {
     this.found.replaceChildren();
     const direct = this.family.value === "direct-inverse";
     const extra = direct ? { load: this.extra.load.value, mean_pressure: this.extra.mean_pressure.value } : {};
-    void this.job.run<Fit>("identify", { ...this.part(), family: this.family.value, purpose: this.purpose.value, ...extra }, (got) => this.show(got));
+    const given = this.given();
+    if (!given) return;
+    void this.job.run<Fit>("identify", { ...this.part(), ...given.reading, ...given.fitting, family: this.family.value, purpose: this.purpose.value, ...extra }, (got) => this.show(got));
   }
 
   private show({ result, files, command }: api.Outcome<Fit>): void {
@@ -337,7 +363,7 @@ class Work {
       h("p", { class: `verdict ${result.grade}`, role: "status" }, result.verdict),
       h("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "Scores" }, h("table", {}, h("thead", {}, h("tr", {}, h("td"), ...["rms [% of range]", `rms${unit}`, `largest${unit}`].map((name) => h("th", { class: "number", scope: "col" }, name)))),
         h("tbody", {}, row(`${result.family}, fitted`, result.train), row(`${result.family}, held out`, result.test), row("no hysteresis, held out", result.static_test)))),
-      ...result.warnings.map(finding),
+      ...result.warnings.map((each) => this.finding(each)),
       h("div", { class: "row" }, view(files.report), get("Model file", files.save, "model.json", this.job)),
       h("p", { class: "caption" }, "The same in a terminal:"), line(command),
     );
@@ -346,7 +372,10 @@ class Work {
 
   private compare(): void {
     this.found.replaceChildren();
-    void this.job.run<Compared>("compare", this.part(), ({ result, files, command }) => {
+    const given = this.given();
+    if (!given) return;
+    const { train_fraction } = given.fitting; // the other ones are those of plays alone
+    void this.job.run<Compared>("compare", { ...this.part(), ...given.reading, train_fraction }, ({ result, files, command }) => {
       const rows = Object.entries(result.families);
       const percent = (value: number | null | undefined): string => (value === null || value === undefined ? "" : short(value, 3));
       this.found.replaceChildren(
@@ -359,7 +388,7 @@ class Work {
           h("td", {}, h("button", { type: "button", class: "quiet", "aria-label": `Identify with ${one.title}`, onclick: () => this.take(name) }, "Identify"))))))),
         h("p", { class: "caption" }, `rms, percent of the output’s range (inverse: of the input’s); ${TIED.trim()} within noise of the best. What auto takes, without looking at the held-out errors: ${result.auto.family}.`),
         ...rows.filter(([, one]) => one.reason).map(([, one]) => h("p", { class: "caption" }, h("b", {}, one.title), `: ${one.reason}`)),
-        ...result.warnings.map(finding),
+        ...result.warnings.map((each) => this.finding(each)),
         h("div", { class: "row" }, view(files.report), get("Model file of the best", files.save, "model.json", this.job)),
         h("p", { class: "caption" }, "The same in a terminal:"), line(command),
       );
@@ -392,7 +421,7 @@ class Work {
         const checked = h("div", { role: "status" });
         made.replaceChildren(
           h("p", {}, `${result.files.length} files, ${Math.round(result.bytes / 1000)} kB, names begin with ${result.name}_.`),
-          ...result.warnings.map(finding),
+          ...result.warnings.map((each) => this.finding(each)),
           h("div", { class: "row" }, get("Download the zip", files.zip, `${result.name}-${target.value}.zip`, job, true),
             h("button", { type: "button", onclick: () => void job.run<Verified>("verify", { folder: files.folder }, (got) =>
               checked.replaceChildren(checks(got.result), h("p", { class: "caption" }, "The zip now holds the record of this; one that you downloaded before is older: download it again."))) }, "Verify it here")),
@@ -411,6 +440,9 @@ class Work {
 class Job {
   readonly element = h("div", { class: "job" });
   private stop: AbortController | null = null;
+
+  /** `cures`: buttons for what a refusal prescribes. */
+  constructor(private readonly cures: (message: string) => HTMLElement[] = () => []) {}
 
   async run<T>(command: string, given: Record<string, unknown>, done: (outcome: api.Outcome<T>) => void, refused: () => void = () => undefined): Promise<void> {
     this.stop?.abort();
@@ -438,13 +470,14 @@ class Job {
     clearTimeout(late);
     clearInterval(timer);
     if (this.stop !== own) return; // another command has taken its place
-    this.element.replaceChildren(...(outcome ? [] : [alert(fault)]));
+    this.element.replaceChildren();
+    if (!outcome) this.fail(fault);
     if (outcome) done(outcome);
     else if (!own.signal.aborted) refused();
   }
 
   fail(fault: unknown): void {
-    this.element.replaceChildren(alert(fault));
+    this.element.replaceChildren(alert(fault), ...row(this.cures(fault instanceof Error ? fault.message : "")));
   }
 }
 
@@ -453,8 +486,8 @@ function alert(fault: unknown): HTMLElement {
   return h("p", { class: "warning", role: "alert" }, /^[a-z]+ /.test(said) ? said[0].toUpperCase() + said.slice(1) : said);
 }
 
-function finding({ code, message }: Finding): HTMLElement {
-  return h("p", { class: "warning" }, h("code", {}, code), `: ${message}`);
+function row(cures: HTMLElement[]): HTMLElement[] {
+  return cures.length ? [h("p", { class: "row cures" }, ...cures)] : [];
 }
 
 /** A link to a report, in a tab of its own. */

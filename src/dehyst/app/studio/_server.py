@@ -189,11 +189,15 @@ def _state(studio: Studio) -> dict[str, Any]:
     from dehyst.export.targets import TARGETS
     from dehyst.families import all_names
     from dehyst.families.registry import title_of
+    from dehyst.identification.memory import INITIAL_STATES
+    from dehyst.units import TABLE
 
     return {
         "version": __version__,
         "logs": [studio.about(name) for name in studio.logs],
         "limit": studio.limit,
+        "starts": INITIAL_STATES,
+        "units": [*TABLE["time"]],
         "families": [{"name": name, "title": title_of(name)} for name in all_names()],
         "targets": [{"name": one.name, "summary": one.summary, "reals": one.reals} for one in TARGETS.values()],
     }
