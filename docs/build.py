@@ -41,6 +41,7 @@ from generate import (  # noqa: E402 - found beside this file
     reviewed,
     sensitivity,
     speed,
+    stale,
     targets,
     which_model,
 )
@@ -82,6 +83,7 @@ PARTS = {
     ("explanation/gain-or-compensator.md", "poles"): gains.over_poles,
     ("explanation/gain-or-compensator.md", "ratios"): gains.ratios,
     ("explanation/gain-or-compensator.md", "effects"): gains.effects,
+    ("explanation/adaptation.md", "changes"): stale.table,
     ("explanation/speed.md", "table"): speed.page,
     ("how-to/run-on-a-microcontroller.md", "instructions"): targets.page,
     ("explanation/proofs.md", "results"): proofs.page,
