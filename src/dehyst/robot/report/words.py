@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from dehyst.arrays import rank
 from dehyst.report.parts import Table, Tile
 from dehyst.report.text import between, count, listed, number, opened, short
 from dehyst.robot.experiments.results import PlantResult, Reproduction
@@ -209,7 +210,7 @@ def grown(result: Reproduction) -> list[str]:
     for name in result.compensators:
         which = f" “{short(name, 20)}”" if len(result.compensators) > 1 else ""
         for figure, words in (("rms_deg", "rms error"), ("max_deg", "largest error")):
-            if found := [one for one in _every_ratio(result, name, figure) if one[3] > 1.0]:
+            if found := [one for one in _every_ratio(result, name, figure) if one[3] > 1.0 + UNCHANGED]:
                 said.append(f"The {words} of a joint grows with the compensator{which} in {_cases(found)}.")
     return said
 
@@ -231,7 +232,8 @@ def worse(result: Reproduction) -> str:
     if said:
         said.append(f"Why: each plant's “Where it gets worse” below, and {WHY}.")
     elif _every_ratio(result, result.compensator, "rms_deg"):
-        said.append("In no trial does a joint's rms or largest error grow with the compensator.")
+        more = f"by more than {100 * UNCHANGED:g} %"
+        said.append(f"In no trial does a joint's rms or largest error grow {more} with the compensator.")
     return " ".join((*said, *filter(None, (_worse_tool(result),))))
 
 
@@ -252,7 +254,7 @@ def _worse_tool(result: Reproduction) -> str:
 def _cases(found: Sequence[tuple[str, int, str, float]]) -> str:
     named = [
         f"{short(plant, 30)}, joint {joint}, {trial_name(trial)} ({number(100 * ratio)} %)"
-        for plant, joint, trial, ratio in found
+        for plant, joint, trial, ratio in sorted(found, key=lambda one: -rank(one[3]))
     ]
     more = f" and {len(named) - MOST_CASES} more" if len(named) > MOST_CASES else ""
     return f"{count(len(named), 'case')}: {'; '.join(named[:MOST_CASES])}{more}"
