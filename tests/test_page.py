@@ -406,13 +406,13 @@ def test_a_log_of_300_mb_is_refused_with_what_to_do(opened, tmp_path):
 @pytest.mark.slow
 def test_a_long_log_says_that_it_is_being_read_and_can_be_stopped(opened, tmp_path):
     log = tmp_path / "long.csv"
-    log.write_bytes(big_log(600_000))
+    log.write_bytes(big_log(1_200_000))
     opened.page.set_input_files("#log", log)
     opened.page.wait_for_selector(".status button:text-is('Stop')")
     assert opened.page.evaluate(  # one that is made anew while it is pressed is not clicked
         """new Promise((done) => { const status = document.querySelector(".status"), button = status.lastElementChild,
         work = () => status.textContent.split(" ")[0], first = work();
-        setTimeout(() => done(button.isConnected || work() !== first), 450); })"""
+        setTimeout(() => done(button.isConnected || work() !== first), 250); })"""
     )
     opened.page.click(".status button:text-is('Stop')")
     assert "Stopped" in opened.page.inner_text(".status")
