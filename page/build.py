@@ -44,22 +44,22 @@ def wasm(out: Path) -> bytes:
     return out.read_bytes()
 
 
-def house() -> None:
-    """Carry the package's Python, its templates and what an export needs over to JavaScript."""
-    import carried
-    import house
-    import jinja
+def translate() -> None:
+    """Write the package's Python, its templates and the files that an export needs as JavaScript."""
+    from translate import files, python, templates
 
-    filled = jinja.script()
+    filled = templates.script()
     asked = "".join(
-        (HERE / "house" / f"{name}.js").read_text(encoding="utf-8") for name in ("answer", "native", "jinja")
+        (HERE / "runtime" / f"{name}.js").read_text(encoding="utf-8") for name in ("answer", "native", "jinja")
     )
+    generated = HERE / "generated"
+    generated.mkdir(exist_ok=True)
     for name, text in {
-        "house": house.script(house.MODULES, asked + filled),
+        "program": python.script(python.MODULES, asked + filled),
         "templates": filled,
-        "carried": carried.script(),
+        "files": files.script(),
     }.items():
-        (HERE / "house" / f"{name}.js").write_text(text, encoding="utf-8")
+        (generated / f"{name}.js").write_text(text, encoding="utf-8")
 
 
 def bundle(entry: str, out: Path) -> str:
@@ -88,7 +88,7 @@ def page() -> str:
 
     with tempfile.TemporaryDirectory() as folder:
         code = wasm(Path(folder) / "page.wasm")
-        house()
+        translate()
         scripts = ("start", "main", "worker")
         start, program, worker = (bundle(f"{name}.ts", Path(folder) / f"{name}.js") for name in scripts)
     style = (HERE / "node_modules" / "uplot" / "dist" / "uPlot.min.css").read_text(encoding="utf-8").strip() + "\n"

@@ -267,7 +267,7 @@ def test_fifty_logs_in_ten_dialects_give_what_python_says(opened, tmp_path):
 def test_every_option_that_a_message_of_the_page_prescribes_has_a_control():
     sys.path.insert(0, str(ROOT / "page"))
     try:
-        from house import MODULES
+        from translate.python import MODULES
     finally:
         sys.path.pop(0)
     controls = {"--input", "--output", "--run", *re.findall(r'option\((?:true|false), "(--[a-z-]+)"', OPTION_SOURCE)}

@@ -1,6 +1,6 @@
 /** Reads and identifies beside the page, so that it stays alive: asked by messages, one at a time. */
 
-import { begin, files, identify, inspect, more, read, refusal } from "../house/answer.js";
+import { begin, files, identify, inspect, more, read, refusal } from "../runtime/answer.js";
 import { Core } from "./wasm";
 
 export const LARGEST = 120e6; // bytes of text: what one instance of the code holds with room for the columns

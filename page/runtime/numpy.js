@@ -1,6 +1,6 @@
 /* The part of numpy that the rooms of the page use: strided arrays of doubles, of truth values (bytes) and of text. */
 
-import { $, nd, Slice, bounds, Range, isTuple } from "./runtime.js";
+import { $, nd, Slice, bounds, Range, isTuple } from "./python.js";
 
 const Named = $.Named;
 const size_of = (shape) => shape.reduce((n, k) => n * k, 1);

@@ -1,11 +1,11 @@
 /* What the page asks of the package: the columns of a log and their roles, a fit and what it says, its files. */
 
-import "./carried.js";
-import "./house.js";
+import "../generated/files.js";
+import "../generated/program.js";
 import { rendered } from "./jinja.js";
-import "./templates.js";
+import "../generated/templates.js";
 import { forget, plain, provide, sha256, use } from "./native.js";
-import { $ } from "./runtime.js";
+import { $ } from "./python.js";
 
 let table = null, pair = null;
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import jinja2
 from jinja2 import nodes
 
-TEMPLATES = Path(__file__).parents[1] / "src" / "dehyst" / "export" / "templates"
+TEMPLATES = Path(__file__).parents[2] / "src" / "dehyst" / "export" / "templates"
 ENVIRONMENT = jinja2.Environment(trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True)
 COMPARE = {"eq": "eq", "ne": "ne", "lt": "lt", "lteq": "le", "gt": "gt", "gteq": "ge"}
 TOP = (nodes.Macro, nodes.Import, nodes.Assign)  # what the blocks of a template see
@@ -200,11 +200,5 @@ NEEDED = (
 
 def script() -> str:
     """JavaScript of the templates that target c of a model of plays fills."""
-    head = 'import { $ } from "./runtime.js";\nimport { filters, imported, look, member, rendered, template } from "./jinja.js";\n'
+    head = 'import { $ } from "../runtime/python.js";\nimport { filters, imported, look, member, rendered, template } from "../runtime/jinja.js";\n'
     return head + "".join(Writer().template(name) for name in NEEDED)
-
-
-if __name__ == "__main__":
-    out = Path(__file__).parent / "house" / "templates.js"
-    out.write_text(script(), encoding="utf-8")
-    print(out.stat().st_size)

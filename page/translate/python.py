@@ -1,7 +1,7 @@
 """Python of the package as JavaScript, for the page: what it says is the package's own, and nothing is written twice.
 
 Only the part of the language that the rooms below use is known, and anything else ends the build. Names keep their
-names. What Python does at run time is in house/runtime.js, numpy in house/numpy.js.
+names. What Python does at run time is in runtime/python.js, numpy in runtime/numpy.js.
 
     f(a, k=b)   $.k(f, [a], {k: b})     reordered by the names that a function carries
     a + b       $.add(a, b)             numbers at once, arrays element by element
@@ -16,7 +16,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-SOURCE = Path(__file__).parents[1] / "src" / "dehyst"
+SOURCE = Path(__file__).parents[2] / "src" / "dehyst"
 RESERVED = set(
     "arguments await case catch const debugger default delete do enum eval export extends function implements in "
     "instanceof interface let new package private protected public static super switch this throw typeof var void "
@@ -141,7 +141,9 @@ class Writer:
     def statement(self, node: ast.stmt) -> str:
         method = getattr(self, "s_" + type(node).__name__, None)
         if method is None:
-            raise SyntaxError(f"{self.module}:{node.lineno}: {type(node).__name__} is not known to page/house.py")
+            raise SyntaxError(
+                f"{self.module}:{node.lineno}: {type(node).__name__} is not known to page/translate/python.py"
+            )
         return method(node)
 
     def s_Expr(self, node: ast.Expr) -> str:
@@ -407,7 +409,9 @@ class Writer:
     def e(self, node: ast.expr) -> str:
         method = getattr(self, "e_" + type(node).__name__, None)
         if method is None:
-            raise SyntaxError(f"{self.module}:{node.lineno}: {type(node).__name__} is not known to page/house.py")
+            raise SyntaxError(
+                f"{self.module}:{node.lineno}: {type(node).__name__} is not known to page/translate/python.py"
+            )
         return method(node)
 
     def test(self, node: ast.expr) -> str:
@@ -719,7 +723,7 @@ def script(modules: list[str], asked: str) -> str:
     trees = {name: ast.parse((SOURCE / f"{name}.py").read_text(encoding="utf-8")) for name in modules}
     pruned(trees, asked)
     written = [Writer("dehyst." + name.replace("/", "."), tree).write() for name, tree in trees.items()]
-    return "".join(['import { $ } from "./runtime.js";\n', *written])
+    return "".join(['import { $ } from "../runtime/python.js";\n', *written])
 
 
 # What `dehyst identify LOG --family pi` and `dehyst inspect LOG` run through.

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 SEED = 20260722  # of dehyst.export.signal.test_input
 
 
@@ -50,14 +50,7 @@ def script() -> str:
     files |= {f"dehyst/export/{name}": export / name for name in ("instructions.json", "templates/LICENSE")}
     texts = {name: path.read_text(encoding="utf-8") for name, path in files.items() if path.name != "dehyst_config.h"}
     return (
-        'import { carried } from "./native.js";\nimport { nd } from "./runtime.js";\n'
+        'import { carried } from "../runtime/native.js";\nimport { nd } from "../runtime/python.js";\n'
         f"for (const [name, text] of Object.entries({json.dumps(texts)})) carried.set(name, text);\n"
         f"nd.draws = {json.dumps(recorder.draws)};\nnd.ladder = {json.dumps(np.geomspace(1.0, 1e-4, signal.LADDER // 2).tolist())};\n"
     )
-
-
-if __name__ == "__main__":
-    import sys
-
-    sys.path.insert(0, str(ROOT / "src"))
-    (Path(__file__).parent / "house" / "carried.js").write_text(script(), encoding="utf-8")

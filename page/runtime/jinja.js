@@ -1,6 +1,6 @@
 /* Filling templates: what jinja2 does at run time, as far as the templates of target c need it. */
 
-import { $, Dict } from "./runtime.js";
+import { $, Dict } from "./python.js";
 
 const known = new Map();
 export const template = (name, made) => known.set(name, made);

@@ -1,6 +1,6 @@
 /* The package's extension and what it takes from Python's library, for the page. */
 
-import { $, Dict, nd, Range } from "./runtime.js";
+import { $, Dict, nd, Range } from "./python.js";
 import { NDArray, array, arrayOf, np } from "./numpy.js";
 
 let c = null; // exports of the C code
