@@ -93,3 +93,11 @@ def test_a_change_that_passes_or_a_faster_motion_is_none() -> None:
     assert changed_at(X, np.where((K >= 3000) & (K < 4800), 0.5 * Y, Y)) is None
     x = np.sin(np.where(K < N // 2, CYCLE, 4.0 * CYCLE))
     assert changed_at(x, x + 0.5 * np.gradient(x) * 100.0) is None
+
+
+def test_a_change_needs_two_whole_cycles_before_it() -> None:
+    x = np.sin(2 * np.pi * np.arange(3000) / 200)
+    found = {
+        cycles: changed_at(x, np.where(np.arange(3000) < 200 * cycles, 2 * x, x)) for cycles in (1, 1.5, 2, 2.5, 5)
+    }
+    assert [cycles for cycles, change in found.items() if change is not None] == [2.5, 5]

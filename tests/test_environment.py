@@ -63,6 +63,20 @@ def test_environments_run_side_by_side_and_repeat_by_their_seed():
     assert len(np.unique(reward)) == 3
 
 
+@pytest.mark.parametrize("action", [[0.1], [np.nan, 0.0], [[0.1, 0.2]]])
+def test_an_action_that_is_none_is_refused(action):
+    env = dehyst.gym()
+    env.reset(seed=0)
+    with pytest.raises(ParameterError, match="is not 2 finite numbers from -1 to 1"):
+        env.step(action)
+
+
+@pytest.mark.parametrize("wrong", [{"ticks": 0}, {"seconds": -1.0}, {"reach": 2.0}])
+def test_an_episode_that_cannot_be_is_refused(wrong):
+    with pytest.raises(ParameterError, match="make no episode"):
+        dehyst.gym(**wrong)
+
+
 def test_a_joint_that_leaves_its_range_ends_the_episode_and_is_named():
     env = dehyst.gym(seconds=100)
     env.reset(seed=0)

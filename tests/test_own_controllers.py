@@ -14,6 +14,8 @@ from dehyst.app.reproduce import QUICK
 from dehyst.control import SWITCHES, JointController, JointControllerParameters
 from dehyst.errors import OutputError, ParameterError
 from dehyst.robot.arm import Arm, Drives, JointBench, Reference, load_robot
+from dehyst.robot.experiments.equipment import equip
+from dehyst.robot.experiments.trials import trial_arm
 from dehyst.robot.report import write_reproduction_report
 
 ON = SWITCHES["position"] | SWITCHES["integrator"]
@@ -148,6 +150,23 @@ def test_what_is_no_controller_is_refused_and_a_joint_without_one_is_named():
         Drives(robot, (1, 2), controllers={1: Paper()}).run(swing(2), 0.01)
 
 
+def test_what_is_passed_in_the_wrong_place_is_told_where_it_belongs():
+    robot, told = load_robot(), {1: JointControllerParameters()}
+    with pytest.raises(ParameterError, match=r"Paper is a class: pass a controller of joint 1, Paper\(\)"):
+        JointBench(robot, 1, controller=Paper)
+    with pytest.raises(ParameterError, match="does not say which joint it controls"):
+        Drives(robot, (1,), controllers=Paper())
+    with pytest.raises(ParameterError, match="pressures would be ignored"):
+        Drives(robot, (1,), pressures=True, controllers={1: Paper()})
+    with pytest.raises(ParameterError, match=r"laws=\{1: MyController\(\)\}"):
+        Arm(robot, moving=(1,), controllers={1: Paper()})
+    with pytest.raises(ParameterError, match=r"give it reset\(seen, period\) and"):
+        Arm(robot, moving=(1,), controllers=told, laws={1: object()})
+    kit = replace(equip(robot, {}, {}), laws={9: Paper()})
+    with pytest.raises(ParameterError, match="laws for joint 9"):
+        trial_arm(robot, kit, "fast", (1,))
+
+
 def test_several_joints_have_one_each():
     robot, mine = load_robot(conditions="kind"), {n: Paper() for n in (1, 2)}
     drives = Drives(robot, (1, 2, 3), controllers=mine)
@@ -197,8 +216,16 @@ def test_the_experiment_runs_it_beside_the_papers_and_reports_both(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("names", "laws"), [(("paper",), {"mine": Paper}), (("paper", "pid"), {"pid": Paper}), (("mine",), {})]
+    ("names", "laws"),
+    [
+        (("paper",), {"mine": Paper}),
+        (("paper", "pid"), {"pid": Paper}),
+        (("mine",), {}),
+        (("mine",), {"mine": Paper()}),
+    ],
 )
 def test_a_name_that_would_run_nothing_is_refused(names, laws, tmp_path):
-    with pytest.raises(ParameterError, match=r"the controller '.*' of `laws` is not among|no controller 'mine'"):
+    with pytest.raises(
+        ParameterError, match=r"the controller '.*' of `laws` is not among|no controller 'mine'|lambda joint"
+    ):
         dehyst.reproduce(load_robot(), dehyst.Request(controllers=names, laws=laws), tmp_path)

@@ -64,6 +64,9 @@ def seated(controller: Controller, number: int, period: float) -> Seat:
     OutputError
         From the loop, if an answer is not two finite numbers.
     """
+    if isinstance(controller, type):
+        name = controller.__name__
+        raise ParameterError(f"{name} is a class: pass a controller of joint {number}, {name}().", joint=number)
     if not isinstance(controller, Controller):
         raise ParameterError(
             f"a {type(controller).__name__} is no controller of joint {number}: give it reset(seen, period) and "

@@ -69,12 +69,12 @@ def _changed_at(x: Array, y: Array) -> Change | None:
         return None
     turns = turning_points(x, SWING * reach)[1:-1]
     marks = np.unique(np.concatenate([[0], turns[:: 2 * max(1, turns.size // (2 * MOST_CYCLES))], [x.size]]))
-    if marks.size <= 2 * CYCLES:
+    if marks.size <= 2 * CYCLES + 1:
         return None
     terms = _terms(x, reach)
     joint = np.column_stack([terms, y / span])
     sums = np.cumsum([joint[a:b].T @ joint[a:b] for a, b in pairwise(marks)], axis=0)
-    cuts = np.arange(CYCLES, marks.size - CYCLES)
+    cuts = np.arange(CYCLES + 1, marks.size - CYCLES)  # the end of the cycle before is asked too
     best = int(cuts[np.argmin([_left(sums[c - 1]) + _left(sums[-1] - sums[c - 1]) for c in cuts])])
     for cut in (best - 1, best):  # within a cycle, either of its ends may be the best
         found = _judged(x, y / span, terms, marks, cut, sums[cut - 1], sums[-1] - sums[cut])

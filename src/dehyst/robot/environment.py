@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
-from dehyst.errors import MissingExtraError, SimulationError
+from dehyst.errors import MissingExtraError, ParameterError, SimulationError
 from dehyst.robot.arm.drives import Drives
 from dehyst.robot.arm.parameters import Robot, load_robot
 
@@ -50,6 +51,11 @@ class ReachEnv(gymnasium.Env[Values, Values]):
     reach
         Largest wanted angle, as a share of the range.
 
+    Raises
+    ------
+    ParameterError
+        If there is no such joint, or ticks, seconds or reach make no episode.
+
     Examples
     --------
     >>> env = ReachEnv(joints=(1,))
@@ -72,6 +78,11 @@ class ReachEnv(gymnasium.Env[Values, Values]):
         reach: float = 0.6,
     ) -> None:
         robot = robot or load_robot()
+        if ticks < 1 or not seconds > 0.0 or not 0.0 < reach <= 1.0:
+            raise ParameterError(
+                f"ticks = {ticks}, seconds = {seconds:g}, reach = {reach:g} make no episode. Pass 1 tick or more, a "
+                f"positive length in seconds, and a reach from above 0 to 1, a share of the joints' range."
+            )
         self.drives = Drives(robot, joints, pressures=pressures)
         chosen = [robot.joint(number) for number in self.drives.moving]
         n, muscles = len(chosen), np.array([joint.pneumatic for joint in chosen])
@@ -105,8 +116,20 @@ class ReachEnv(gymnasium.Env[Values, Values]):
         return self._observed(seen), self._told()
 
     def step(self, action: Values) -> tuple[Values, float, bool, bool, dict[str, Any]]:
-        """Hold an action for a step."""
-        held = np.minimum(np.maximum(action, -1.0), 1.0)
+        """Hold an action for a step.
+
+        Raises
+        ------
+        ParameterError
+            If the action has another shape, or a number that is not finite: a policy that diverged.
+        """
+        asked = np.asarray(action)
+        if asked.shape != self._used.shape or not math.isfinite(sum(asked.tolist())):
+            raise ParameterError(
+                f"the action {action!r:.80} is not {self._used.size} finite numbers from -1 to 1. Look for nan in what "
+                f"chose it, or for a batch of actions where one is taken."
+            )
+        held = np.minimum(np.maximum(asked, -1.0), 1.0)
         self._commands[self._used] = self._shift + self._scale * held
         try:
             observed, lost = self._observed(self.drives.step(self._commands.reshape(-1, 2), self._ticks)), False

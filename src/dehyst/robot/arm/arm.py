@@ -101,13 +101,19 @@ class Arm(Drives):
                 f"Arm(robot, controllers={{{number}: controller_parameters(robot, {number}, characteristic)}}).",
                 joint=number,
             )
+        told = self.controllers[number]
+        if not isinstance(told, JointControllerParameters):
+            raise ParameterError(
+                f"controllers[{number}] is a {type(told).__name__}, not the parameters of the paper's controller, "
+                f"which every joint needs for its homing. Pass one of your own as laws={{{number}: MyController()}}.",
+                joint=number,
+            )
+        # Whatever is no record of the literature is asked for the methods of a controller.
+        law = own if isinstance(own, Law) else None
         self._controls[number] = native_controller(
-            self.controllers[number],
-            self._compensators.get(number),
-            self._adaptations.get(number),
-            None if isinstance(own, Controller) else own,
+            told, self._compensators.get(number), self._adaptations.get(number), law
         )
-        return self._controls[number], seated(own, number, self.period) if isinstance(own, Controller) else None
+        return self._controls[number], seated(own, number, self.period) if own is not None and law is None else None
 
     def forget(self) -> None:
         """Tell the compensators that the joints were homed to where they are: no muscle remembers anything.

@@ -74,6 +74,11 @@ class Drives:
     ) -> None:
         moving, own = tuple(robot.joints) if moving is None else moving, controllers or {}
         _refuse_lawless(own, robot, moving)
+        if own and pressures:
+            raise ParameterError(
+                "pressures=True and controllers: a controller answers with commands of valves, so pressures would be "
+                "ignored. Leave one of them out."
+            )
         if not 0 <= seed < SEEDS:
             raise ParameterError(f"seed = {seed} is none. Pass a whole number from 0 to {SEEDS - 1}.", seed=seed)
         self.robot, self.moving, self.period, self.seed = robot, moving, robot.simulation.period, seed
@@ -184,8 +189,9 @@ class Drives:
             raise ParameterError(f"a row every {every_s} s is no log. Pass a positive time.", every_s=every_s)
         if self._idle:
             raise ParameterError(
-                f"joint {self._idle[0]} has no controller that could follow a reference. Pass one, "
-                f"controllers={{{self._idle[0]}: MyController()}}, or give the commands: step(commands).",
+                f"joint {self._idle[0]} has no controller that could follow a reference. Pass one, JointBench(robot, "
+                f"{self._idle[0]}, controller=MyController()) or Drives(robot, controllers={{{self._idle[0]}: "
+                f"MyController()}}), or give the commands: step(commands).",
                 joint=self._idle[0],
             )
         every = max(1, round(every_s / self.period))
@@ -254,6 +260,10 @@ class JointBench(Drives):
 
 def _refuse_lawless(laws: Mapping[int, Any], robot: Robot, moving: Sequence[int]) -> None:
     """Refuse a controller for a joint that is not moved by muscles."""
+    if not isinstance(laws, Mapping):
+        raise ParameterError(
+            f"a {type(laws).__name__} does not say which joint it controls. Pass {{{moving[0]}: controller}}."
+        )
     wrong = [number for number in laws if number not in moving or number not in robot.pneumatic]
     if wrong:
         raise ParameterError(

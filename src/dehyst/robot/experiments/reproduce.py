@@ -535,6 +535,13 @@ def _check_controllers(request: Request) -> None:
             f"is built in: it would not be run. Type controllers=('paper', 'mine'), laws={{'mine': ...}}.",
             name=unused[0],
         )
+    wrong = [name for name, make in request.laws.items() if not callable(make)]
+    if wrong:
+        raise ParameterError(
+            f"laws['{wrong[0]}'] is a {type(request.laws[wrong[0]]).__name__}, and each joint and run needs a "
+            f"controller of its own. Pass what makes one: laws={{'{wrong[0]}': lambda joint: MyController()}}.",
+            name=wrong[0],
+        )
     for name in names:
         if name not in (*CONTROLLERS, *request.laws):
             raise ParameterError(f"no controller '{name}'. There are: {', '.join(CONTROLLERS)}.", name=name)

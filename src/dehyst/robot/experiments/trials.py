@@ -147,6 +147,7 @@ def _check(robot: Robot, equipment: Equipment, trial: str) -> None:
         raise ParameterError(f"no trial '{trial}'. There are: {', '.join(TRIALS)}.", trial=trial)
     for what, named, allowed in (
         ("own compensators", equipment.own, robot.pneumatic),
+        ("laws", equipment.laws, robot.pneumatic),
         ("loads", equipment.loads, tuple(robot.joints)),
     ):
         unknown = sorted(set(named) - set(allowed))
