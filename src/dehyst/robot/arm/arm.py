@@ -108,12 +108,13 @@ class Arm(Drives):
                 f"which every joint needs for its homing. Pass one of your own as laws={{{number}: MyController()}}.",
                 joint=number,
             )
-        # Whatever is no record of the literature is asked for the methods of a controller.
         law = own if isinstance(own, Law) else None
         self._controls[number] = native_controller(
             told, self._compensators.get(number), self._adaptations.get(number), law
         )
-        return self._controls[number], seated(own, number, self.period) if own is not None and law is None else None
+        # Whatever is no record of the literature is asked for the methods of a controller.
+        seat = None if own is None or isinstance(own, Law) else seated(own, number, self.period)
+        return self._controls[number], seat
 
     def forget(self) -> None:
         """Tell the compensators that the joints were homed to where they are: no muscle remembers anything.
