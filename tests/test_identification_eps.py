@@ -82,6 +82,13 @@ def test_the_papers_family_keeps_the_papers_bound_to_the_bit():
             assert fit.settings == asked.settings
 
 
+def test_auto_chooses_the_papers_eps_too_where_all_families_are_asked():
+    rec = recording(STIFF, gain=1e-3)
+    fit, plays = dehyst.identify(rec, "pi", eps="auto"), identify_plays(rec, "pi", eps="auto")
+    assert fit.settings == plays.settings and np.array_equal(fit.model.weights, plays.model.weights)
+    assert not np.array_equal(fit.model.weights, dehyst.identify_paper(rec).model.weights)
+
+
 @pytest.mark.parametrize("scale", [1e-6, 4e-4, 1e-3, 1.0, 1e6])
 @pytest.mark.parametrize("weights", [STIFF, SLACK])
 def test_a_relative_eps_makes_the_papers_family_independent_of_units(weights, scale):

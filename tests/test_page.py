@@ -426,7 +426,7 @@ def test_the_model_that_is_taken_away_is_read_by_dehyst(opened, tmp_path):
     opened.page.click("text=Try an example")
     opened.settled()
     with opened.page.expect_download() as saving:
-        opened.page.click("button:text-is('example.model.json')")
+        opened.page.click("button:text-is('made-up.model.json')")
     saving.value.save_as(tmp_path / "model.json")
     model = dehyst.load_model(tmp_path / "model.json")
     answer = opened.page.evaluate("[...document.querySelector('.results').answer.predicted]")
@@ -439,13 +439,13 @@ def test_the_model_that_is_taken_away_is_read_by_dehyst(opened, tmp_path):
 def test_the_zip_holds_what_export_writes_and_its_check_passes(opened, tmp_path):
     opened.page.click("text=Try an example")
     opened.settled()
-    for button, name in (("example.model.json", "example.model.json"), ("C code (zip)", "c.zip")):
+    for button, name in (("made-up.model.json", "made-up.model.json"), ("C code (zip)", "c.zip")):
         with opened.page.expect_download() as saving:
             opened.page.click(f"button:text-is('{button}')")
         saving.value.save_as(tmp_path / name)
     shutil.unpack_archive(tmp_path / "c.zip", tmp_path / "taken")
-    model = dehyst.load_model(tmp_path / "example.model.json")
-    written = contents(subject_of(model, name=identifier("example.model")), "c")
+    model = dehyst.load_model(tmp_path / "made-up.model.json")
+    written = contents(subject_of(model, name=identifier("made-up.model")), "c")
     taken = {
         str(p.relative_to(tmp_path / "taken")): p.read_bytes() for p in (tmp_path / "taken").rglob("*") if p.is_file()
     }

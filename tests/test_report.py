@@ -273,6 +273,8 @@ def test_no_figure_of_a_family_is_left_without_a_number(family, tmp_path):
     assert "not a number" not in page and "nan %" not in page
     assert ("Inverse model" in page) == (not fit.model.no_inverse)
     assert ("there is no inverse" in page) == bool(fit.model.no_inverse)
+    # What does not break leaves a table its width.
+    assert max(map(len, re.findall(r'class="range">([^<]*)', page)), default=0) < 60
 
 
 def test_a_curve_without_memory_is_reported_without_operators(tmp_path):

@@ -95,7 +95,7 @@ class Identify {
     return (this.summary && message.startsWith(this.summary.name)) || /^(\w+ =|--)/.test(message) ? message : message[0].toUpperCase() + message.slice(1);
   }
 
-  private refuse(fault: unknown, title = "This log cannot be used as it is"): void {
+  private refuse(fault: unknown, title = this.options?.some ? "Log and options do not go together" : "This log cannot be used as it is"): void {
     const message = fault instanceof Error ? fault.message : String(fault);
     const known = fault instanceof Refusal && fault.known;
     this.trouble.replaceChildren(h("div", { class: "judged stop" }, h("span", { class: "badge" }, known ? title : "The page failed"),
@@ -126,7 +126,7 @@ class Identify {
     const list = (id: string, chosen: string | null): HTMLSelectElement => {
       const select = h("select", { id }, h("option", { value: "" }, "choose …"));
       for (const { name, unit, loops, constant } of signals)
-        select.append(h("option", { value: name }, `${name}${unit && !name.endsWith(unit) ? ` [${unit}]` : ""}${constant ? " (constant)" : loops ? ` (${loops} loops)` : ""}`));
+        select.append(h("option", { value: name }, `${name}${unit && !name.replace(/\W+$/, "").endsWith(unit) ? ` [${unit}]` : ""}${constant ? " (constant)" : loops ? ` (${loops} loops)` : ""}`));
       select.value = chosen ?? "";
       return select;
     };
@@ -336,5 +336,5 @@ function example(core: Core): File {
     rows.push(`${t.toFixed(2)},${(2.5 + x).toFixed(5)},${(actuator.step(x) + 0.08 * noise()).toFixed(5)}`);
   }
   actuator.free();
-  return new File([rows.join("\n") + "\n"], "example.csv", { type: "text/csv" });
+  return new File([rows.join("\n") + "\n"], "made-up.csv", { type: "text/csv" });
 }

@@ -53,7 +53,7 @@ export class Inverse {
     const left = h("div", {});
     panels.append(left);
     this.time = new TimePlot(left, { title: "Reference and output", name: "tracking", xLabel: "time [s]", yLabel: name, height: 230 });
-    this.asked = new TimePlot(left, { title: "What the compensator asks for", name: "command", xLabel: "time [s]", yLabel: a.labels.input, height: 170 });
+    this.asked = new TimePlot(left, { title: "What the compensator asks for", name: "command", xLabel: "time [s]", yLabel: a.labels.input, height: 230 });
     this.loop = new LoopPlot(panels, { title: "Compensated loop", name: "compensated", xLabel: `${name}, wanted`, yLabel: `${name}, reached`, equal: true, height: 420,
       described: "Output against reference: with the compensator on the 45 degree line, with a plain curve around it." });
     this.draggable();

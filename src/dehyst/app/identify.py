@@ -99,7 +99,7 @@ def _identify(request: IdentifyRequest) -> Fit:
         return _identify_direct(request)
     typed = {
         "n": (_operators(request.n), PAPER_OPERATORS),
-        "eps": (_eps(request) if request.eps != "auto" else None, None),
+        "eps": (_eps(request), None),
         "thresholds": (_numbers("--thresholds", request.thresholds, "numbers", "0,0.5,1"), None),
         "initial_state": (request.initial_state, "auto"),
     }

@@ -126,7 +126,7 @@ def identify(
         raise ParameterError(
             f"{', '.join(unknown)}: no such setting; they are {', '.join(SETTINGS)}.", settings=unknown
         )
-    settings = {name: value for name, value in settings.items() if not _is_usual(name, value)}
+    settings = {name: value for name, value in settings.items() if not _is_usual(name, value, family)}
     if family == "auto" and not settings:
         log = prepared(check_recordings(recordings), train_fraction)
         return best_fit(log, training_of_log(log), purpose)
@@ -140,9 +140,10 @@ def identify(
     return replace(fit, warnings=(*fit.warnings, told))
 
 
-def _is_usual(name: str, value: object) -> bool:
-    """Whether a setting is what it is without being given."""
-    return value is None or (isinstance(value, (str, int)) and USUAL.get(name) == value)
+def _is_usual(name: str, value: object, family: str) -> bool:
+    """Whether a setting is what it is without being given; the paper's eps is a number."""
+    usual = None if (name, family) == ("eps", "pi") else USUAL.get(name)
+    return value is None or (isinstance(value, (str, int)) and usual == value)
 
 
 def best_fit(log: Prepared, training: Training, purpose: str = PURPOSES[0]) -> Fit:
