@@ -174,6 +174,15 @@ def test_too_few_samples_and_nothing_but_rounding_say_nothing():
         assert (says.causes, says.largest, says.noise_share, says.suggestions) == ((), None, None, ())
 
 
+def test_where_all_is_fitted_already_no_more_is_asked_to_be():
+    t, x = strokes()
+    f = MODEL.simulate(x)
+    e = LEFT["position"](t, x, f)
+    held, fitted = (found(t, x, f, e, part=part).suggestions[0] for part in ("held-out", "fitted"))
+    assert "(--train-fraction), or see whether another family" in held
+    assert "--train-fraction" not in fitted and "See whether another family does better" in fitted
+
+
 def test_a_long_log_is_looked_at_in_part_and_says_the_same():
     says = []
     for step in (STEP, STEP / 50.0):

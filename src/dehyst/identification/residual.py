@@ -437,8 +437,12 @@ def _suggestions(found: Residual, knows_time: bool) -> Iterator[str]:
 
 
 def _cure(cause: Cause, found: Residual, knows_time: bool) -> str:
-    where = "the samples held out" if found.part == "held-out" else "the samples"
-    other = "see whether another family does better (dehyst compare)"
+    held = found.part == "held-out"
+    where = "the samples held out" if held else "the samples"
+    other = "see whether another family does better (dehyst compare)."
+    fitted = "Let loops {} be part of what is fitted (--train-fraction), or " + other
+    if not held:  # all are fitted already
+        fitted = other[0].upper() + other[1:]
     cures = {
         "offset": (
             f"The zero of {where} is not that of the model: check the zero of the sensor, warm up before logging, or "
@@ -446,8 +450,8 @@ def _cure(cause: Cause, found: Residual, knows_time: bool) -> str:
             f"(dehyst export --follow-offset {min(50, max(1, math.ceil(2 * cause.size_percent))) / 100:g})."
         ),
         "drift": "Warm up before logging, log longer, and log what may cause it, such as a temperature.",
-        "position": f"Let loops over the whole range be part of what is fitted (--train-fraction), or {other}.",
-        "way-since-turn": f"Let loops of all sizes be part of what is fitted (--train-fraction), or {other}.",
+        "position": fitted.format("over the whole range"),
+        "way-since-turn": fitted.format("of all sizes"),
         "time-since-turn": "The model knows creep, but not all of it: log longer rests and several speeds.",
         "rate": "The model knows the rate, from other speeds: let those of use be part of what is fitted.",
         "delay": _late(found),
