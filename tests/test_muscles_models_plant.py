@@ -51,7 +51,7 @@ def test_the_plants_muscle_pulls_with_the_force_of_the_model(name):
 @pytest.mark.parametrize("name", names())
 def test_a_joint_of_two_such_muscles_runs_with_a_controller_that_knows_them(name):
     from dehyst.robot.arm import Arm
-    from dehyst.robot.arm.arm import Reference
+    from dehyst.robot.arm.runs import Reference
 
     model = joint_muscle(name)
     robot = load_robot(conditions="kind", changes={**ALONE, "muscle.dmsp40.length_m": model.length})

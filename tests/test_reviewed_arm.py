@@ -11,7 +11,8 @@ from dehyst.control import FLAGS, SWITCHES
 from dehyst.control.reviewed import CONTROLLERS, LAWS, PidController
 from dehyst.errors import ParameterError
 from dehyst.robot.arm import load_robot
-from dehyst.robot.arm.arm import FAULTS, Arm, Reference
+from dehyst.robot.arm.arm import Arm
+from dehyst.robot.arm.runs import FAULTS, Reference
 from dehyst.robot.experiments import calibration, point
 from dehyst.robot.experiments import equipment as kits
 from dehyst.robot.experiments.reproduce import Request, _check, reproduce

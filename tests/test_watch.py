@@ -223,7 +223,13 @@ def test_what_is_no_message_is_handed_on_as_skipped_and_lists_are_samples():
 
     names = Names("p", "a")
     assert _rows_of(b"\xff{", names, 5.0) == ([], ["\ufffd{"])
-    for none in ('{"p": 1}', '"x"', '{"p": true, "a": 1}', '{"p": [1, 2], "a": [1, 2, 3]}'):
+    for none in (
+        '{"p": 1}',
+        '"x"',
+        '{"p": 1, "a": 1' + "0" * 400 + "}",
+        '{"p": true, "a": 1}',
+        '{"p": [1, 2], "a": [1, 2, 3]}',
+    ):
         assert _rows_of(none.encode(), names, 5.0) == ([], [none])
     assert _rows_of(b'{"p": 1, "a": 2}', names, 5.0) == ([(5.0, 1.0, 2.0)], [])
     half = '{"time": [0, 1], "p": [1, 2], "a": [3, null]}'

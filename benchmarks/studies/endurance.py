@@ -10,7 +10,8 @@ import numpy.typing as npt
 from dehyst.control import FLAGS, Adaptation
 from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse
-from dehyst.robot.arm.arm import FAULTS, Arm, Reference
+from dehyst.robot.arm.arm import Arm
+from dehyst.robot.arm.runs import FAULTS, Reference
 from dehyst.robot.experiments.calibration import home_and_learn
 from dehyst.robot.experiments.results import Characteristic
 from studies.alone import ADAPT, COMPENSATOR, DISTURBANCE, INTEGRATOR, POSITION, Alone

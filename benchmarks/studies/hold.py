@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.robot.arm.arm import Reference
+from dehyst.robot.arm.runs import Reference
 from dehyst.robot.experiments.calibration import controller_parameters, home
 from dehyst.robot.experiments.studies import STROKE_S, there_and_part_back
 from dehyst.robot.experiments.trials import trial_motion

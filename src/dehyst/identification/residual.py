@@ -439,10 +439,8 @@ def _suggestions(found: Residual, knows_time: bool) -> Iterator[str]:
 def _cure(cause: Cause, found: Residual, knows_time: bool) -> str:
     held = found.part == "held-out"
     where = "the samples held out" if held else "the samples"
-    other = "see whether another family does better (dehyst compare)."
-    fitted = "Let loops {} be part of what is fitted (--train-fraction), or " + other
-    if not held:  # all are fitted already
-        fitted = other[0].upper() + other[1:]
+    fitted = "Let loops {} be part of what is fitted (--train-fraction), or see" if held else "See"
+    fitted += " whether another family does better (dehyst compare)."
     cures = {
         "offset": (
             f"The zero of {where} is not that of the model: check the zero of the sensor, warm up before logging, or "

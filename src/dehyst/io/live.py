@@ -12,6 +12,7 @@ import json
 import math
 import os
 import queue
+import sys
 import threading
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
@@ -212,7 +213,8 @@ def mqtt(
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    """Whether a value of a message is a finite number of double precision, whoever sent it."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
 
 
 def _rows_of(payload: bytes, names: Names, arrived: float) -> tuple[list[tuple[float, float, float]], list[str]]:
@@ -303,13 +305,18 @@ def opcua(endpoint: str, names: Names, *, period: float = 0.01, security: str = 
             fault = next((each for each in arrived if isinstance(each, Exception)), None)
             if fault is not None:
                 raise ColumnError(f"{endpoint}: {fault!s:.200}. Check node ids, user and security.") from None
-            rows = []
+            rows, skipped = [], []
             for name, stamp, value in sorted(arrived, key=lambda each: each[1]):
+                told = float(value) if _is_number(value) else None
+                if told is None:
+                    skipped.append(f"{name} = {value!r:.60}")
                 if name == names.input:
-                    held = float(value)
-                elif held is not None:
-                    rows.append((stamp, held, float(value)))
-            yield _batch(rows) if rows else None
+                    held = told
+                elif held is not None and told is not None:
+                    rows.append((stamp, held, told))
+            yield from _arrivals(rows, skipped)
+            if not arrived:
+                yield None
     finally:
         stop.set()
         thread.join(timeout=5.0)

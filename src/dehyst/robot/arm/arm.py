@@ -25,9 +25,6 @@ from dehyst.robot.arm.drives import Drives
 from dehyst.robot.arm.mechanisms import Mechanism
 from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.arm.rigid_body import bias_torque, inverse_dynamics
-from dehyst.robot.arm.runs import FAULTS, ArmLog, Reference
-
-__all__ = ["FAULTS", "Arm", "ArmLog", "Reference"]
 
 
 class Arm(Drives):
@@ -66,7 +63,7 @@ class Arm(Drives):
     Joint 1 alone, under position control, goes to 0.1 rad and holds there for 4 s:
 
     >>> from dehyst.control import SWITCHES
-    >>> from dehyst.robot.arm import load_robot
+    >>> from dehyst.robot.arm import Reference, load_robot
     >>> arm = Arm(load_robot(), moving=(1,), controllers={1: JointControllerParameters()})
     >>> goal, zero = np.full((401, 1), 0.1), np.zeros((401, 1))
     >>> on = SWITCHES["position"] | SWITCHES["integrator"]

@@ -17,11 +17,12 @@ from dehyst.arrays import Array
 from dehyst.control import FLAGS, SWITCHES, JointControllerParameters, Pneumatics
 from dehyst.design import decaying_cycles, triangle_sweep
 from dehyst.errors import ParameterError, SimulationError
-from dehyst.robot.arm.arm import Arm, ArmLog, Reference
+from dehyst.robot.arm.arm import Arm
 from dehyst.robot.arm.mechanisms import MechanismFactory, mechanisms_of
 from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.arm.rigid_body import arm_model, joint_inertia, moment_arms
 from dehyst.robot.arm.routing import contraction
+from dehyst.robot.arm.runs import ArmLog, Reference
 from dehyst.robot.experiments.results import Characteristic
 
 # Bench fit of a DMSP-40 (another source than the plant's map): F = (a1 p + a2) exp(a3 k) + a4 k p + a5 p + a6, p in Pa.

@@ -14,9 +14,10 @@ from dehyst.errors import ParameterError
 from dehyst.identification import Fit, choose_shear, identify, identify_direct
 from dehyst.io import read_log, write_csv
 from dehyst.models import GROUPS, DirectInverse
-from dehyst.robot.arm.arm import Arm, ArmLog
+from dehyst.robot.arm.arm import Arm
 from dehyst.robot.arm.mechanisms import MechanismFactory, mechanisms_of
 from dehyst.robot.arm.parameters import Robot
+from dehyst.robot.arm.runs import ArmLog
 from dehyst.robot.experiments.calibration import BAR, SPACING, controller_parameters, excite, home, known_torque
 from dehyst.robot.experiments.recipes import Recipe, recipe
 from dehyst.robot.experiments.results import Characteristic, JointIdentification
