@@ -31,6 +31,7 @@ MOVED = {
     "docs/index.md": "contents.md",
     "CONTRIBUTING.md": "contributing.md",
     "CHANGELOG.md": "changes.md",
+    "SECURITY.md": "security.md",
     "benchmarks/README.md": "benchmarks.md",
 }
 LINK = re.compile(r"""(\]\(|(?:src|href)=")(?!\w+:|#)([^)#"\s]+)""")
