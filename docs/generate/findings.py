@@ -132,6 +132,21 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "A link in an HDF5 or MAT 7.3 file leads to another file, or to nothing; it was left out.",
             "Copy its numbers into the file.",
         ),
+        "attributes-applied": (
+            "Attributes of an HDF5 or netCDF file (`scale_factor`, `add_offset`, `_FillValue`, `missing_value`, "
+            "`valid_range`) say what its stored numbers mean. They were applied as the CF conventions say.",
+            "Nothing to do, if the numbers were stored as the attributes say.",
+        ),
+        "attributes-left": (
+            "Attributes of an HDF5 or netCDF file look as if they changed its numbers (`gain`, `offset`), but no "
+            "convention says how, or they cannot be right. They were not applied.",
+            "Where they belong to the numbers, convert these yourself, or write the attributes as the CF conventions "
+            "name them.",
+        ),
+        "column-titles": (
+            "Attributes `long_name` of an HDF5 or netCDF file explain names that do not explain themselves.",
+            "Nothing to do. Columns keep the names of the datasets.",
+        ),
         "unprintable-names": (
             "Column names held line breaks, control characters or marks that turn the direction of writing; they are "
             "spelled out.",

@@ -16,13 +16,14 @@ from dehyst.io.clocks import TIME_WORDS, is_clock
 from dehyst.io.foreign import guard
 from dehyst.io.table import Table, require_columns
 from dehyst.shell import visible
-from dehyst.units import canonical, parse_unit, words
+from dehyst.units import TABLE, canonical, parse_unit, words
 
 HEAD_ROWS = 1 << 16  # rows by which columns, clock and units of a log in chunks are found
 MAX_COLUMNS = 4000
 MAX_WIDTH = 64  # a wider matrix is a picture or a point cloud, not signals
 STEP_NAMES = frozenset(words("ts dt sampletime samplingtime sampleperiod stepsize"))
 RATE_NAMES = frozenset(words("fs samplerate samplingrate samplefrequency samplingfrequency"))
+STEP_UNITS = TABLE["time"] | {"kHz": 1e3, "MHz": 1e6}  # of a sampling time or rate, in s or Hz
 
 Column = npt.NDArray[np.float64] | npt.NDArray[np.str_]
 
@@ -64,7 +65,7 @@ class Collector:
             return []
         array = np.squeeze(array)
         if array.ndim == 0:
-            self.scalars[path] = float(array)
+            self.scalars[path] = float(array) * STEP_UNITS.get(canonical(unit) or unit, 1.0)
             return []
         if array.ndim == 1:
             return [self._put(path, array, unit)]

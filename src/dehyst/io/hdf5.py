@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +11,11 @@ import numpy as np
 
 from dehyst.findings import Finding
 from dehyst.io.collect import Collector, strings_of
+from dehyst.io.conventions import Attributes
 from dehyst.io.foreign import refuse_bomb
 from dehyst.io.matlab import MAX_DEPTH, MAX_ITEMS, note_object
 
+OF_LIBRARIES = frozenset({"DIMENSION_LIST", "REFERENCE_LIST", "CLASS", "NAME"})  # they point to other datasets
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
@@ -26,6 +29,7 @@ def fill(found: Collector, data: bytes, path: Path) -> None:
         for key in file:
             if not key.startswith("#"):
                 walk.follow(key, file, key, 0)
+        walk.attributes.finish()
 
 
 def _refuse_circles(data: bytes) -> None:
@@ -55,6 +59,8 @@ class _Walk:
     def __init__(self, found: Collector, file: Any, packed: int) -> None:
         self.found, self.file, self.packed, self.used = found, file, packed, 0
         self.groups: set[Any] = set()  # groups may hold each other
+        self.attributes = Attributes(found)
+        self.is_netcdf = "_NCProperties" in file.attrs
 
     def spend(self, size: int) -> None:
         self.used += size
@@ -116,7 +122,7 @@ class _Walk:
                 self.found.add(path, labels)
         else:
             self.spend(int(node.size) * node.dtype.itemsize)
-            self.found.add(path, node[()])
+            self.attributes.add(path, np.asarray(node[()]), _attributes(node), self.is_netcdf)
 
     def texts(self, node: Any) -> list[str]:
         """Rows of a MATLAB char array, which is stored column by column as code units."""
@@ -129,6 +135,17 @@ class _Walk:
         """Name of a signal in Simulink's structure with time."""
         named = "label" in group and "values" in group and _matlab_class(group["label"]) == "char"
         return "".join(self.texts(group["label"])) if named else ""
+
+
+def _attributes(node: Any) -> dict[str, Any]:
+    """Attributes of a dataset, without those that cannot be read and those of netCDF and MATLAB themselves."""
+    attributes: dict[str, Any] = {}
+    for name in list(node.attrs)[:MAX_ITEMS]:
+        if name in OF_LIBRARIES or name.startswith("MATLAB"):
+            continue
+        with suppress(OSError, TypeError, ValueError, KeyError):
+            attributes[name] = node.attrs[name]
+    return attributes
 
 
 def _matlab_class(node: Any) -> str:
