@@ -2,7 +2,9 @@
 
 import gzip
 import io
+import tempfile
 from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 
@@ -74,6 +76,17 @@ def _hdf5(stream, columns):
             out.create_dataset(name, data=values, compression="gzip")
 
 
+def _netcdf(stream, columns):
+    from scipy.io import netcdf_file
+
+    path = Path(tempfile.mkdtemp()) / "log.nc"
+    with netcdf_file(path, "w") as out:
+        out.createDimension("time_s", len(columns["time_s"]))
+        for name, values in columns.items():
+            out.createVariable(name, "d", ("time_s",))[:] = values
+    stream.write(path.read_bytes())
+
+
 def _polars(columns):
     import polars
 
@@ -136,12 +149,13 @@ WRITERS = {
     "wide.mat": _saved(lambda stream, columns: _mat(stream, {"data": _matrix(columns).T})),
     "step.mat": _saved(lambda stream, columns: _mat(stream, _step(columns))),
     "plain.h5": _saved(_hdf5),
+    "classic.nc": _saved(_netcdf),
     "log.mf4": _saved(_mdf),
     "book.xlsx": _saved(_xlsx),
     "log.tdms": _saved(_tdms),
 }
 FORMS = [form for form in WRITERS if find_spec(NEEDS.get(f".{form.rpartition('.')[2]}", "numpy"))]
-STREAMED = [form for form in FORMS if not form.endswith((".mat", ".h5", ".mf4", ".xlsx", ".tdms", "utf16.txt"))]
+STREAMED = [form for form in FORMS if not form.endswith((".mat", ".h5", ".nc", ".mf4", ".xlsx", ".tdms", "utf16.txt"))]
 
 
 def save(folder, form, columns):

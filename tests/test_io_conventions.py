@@ -10,6 +10,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+from scipy.io import netcdf_file
 
 from dehyst.io.formats import read_table
 from dehyst.io.logs import read_log
@@ -220,3 +221,18 @@ def test_a_sampling_time_or_rate_counts_in_the_unit_of_its_attribute(
 def test_what_long_names_explain_is_said(tmp_path: Path) -> None:
     table = table_of(tmp_path / "a.h5", ai0=(RAMP, {"long_name": "chamber pressure"}))
     assert "'ai0' is chamber pressure" in table.findings[0].message
+
+
+@pytest.mark.parametrize("kind", ["b", "h", "i", "f", "d"])
+def test_classic_netcdf_is_unpacked_too(tmp_path: Path, kind: str) -> None:
+    with netcdf_file(tmp_path / "log.nc", "w") as out:
+        out.createDimension("n", 20)
+        for name, values in (("x", np.where(RAMP == 4, 99, RAMP)), ("y", RAMP % 7), ("t", RAMP)):
+            out.createVariable(name, kind, ("n",))[:] = values
+        out.variables["x"].scale_factor, out.variables["x"].add_offset = 0.5, 1.0
+        out.variables["x"]._FillValue = np.array([99], kind)
+        out.variables["t"].units = "days since 2024-01-01"
+    rec = read_log(tmp_path / "log.nc", "x", "y")
+    left = RAMP[RAMP != 4]
+    np.testing.assert_allclose(rec.input, left * 0.5 + 1)
+    np.testing.assert_allclose(rec.time, left * 86400.0)

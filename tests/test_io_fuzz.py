@@ -185,6 +185,7 @@ def test_a_dropped_row_is_never_silent(tmp_path):
 ARRAYS = {"time_s": np.array(T, float), "pressure_bar": np.array(X, float), "angle_deg": np.array(Y, float)}
 CASES = {"plain.csv": 100, "utf16.txt": 80, "packed.csv.gz": 80, "vectors.npz": 80, "matrix.npy": 60, "plain.mat": 100}
 CASES |= {"packed.mat": 60, "old.mat": 60, "plain.h5": 80, "table.parquet": 60, "table.feather": 60, "log.mf4": 60}
+CASES |= {"classic.nc": 80}
 
 
 def mutate_bytes(data, dice):

@@ -85,6 +85,7 @@ FORMATS = (
     Format("a NumPy archive", (".npz",), (b"PK\x03\x04", b"PK\x05\x06"), "numpy_files", streamed=True),
     Format("a NumPy array", (".npy",), (b"\x93NUMPY",), "numpy_files", streamed=True),
     Format("HDF5", (".h5", ".hdf5"), _is_hdf5, "hdf5", ("h5py",)),
+    Format("netCDF", (".nc",), (b"CDF\x01", b"CDF\x02"), "netcdf"),
     Format("MDF", (".mf4", ".mdf"), (b"MDF     ", b"UnFinMF "), "mdf", ("asammdf",), "mdf"),
     Format("Parquet", (".parquet",), (b"PAR1",), "parquet", ("polars",), "parquet", streamed=True),
     Format("Feather", (".feather",), (b"ARROW1",), "parquet", ("polars",), "parquet", streamed=True),
