@@ -274,7 +274,7 @@ def test_compensate_repeats_a_verdict_with_reserve_and_no_other(run, folder, tmp
     assert status == 0 and "warning verdict: " in err and "usable with care (drift)" in " ".join(err.split())
     for harmless in ("pi: 1 % off: good for compensation.", "by hand", None, 7, ["do not compensate"]):
         status, _, err = run("compensate", judged(folder, model, harmless), *arguments)
-        assert status == 0 and err.startswith("start: unknown, ") and err.count("\n") == 1
+        assert status == 0 and err.startswith("start: model, ") and err.count("\n") == 1
 
 
 def test_simulate_prints_the_models_output_with_units(run, folder):

@@ -312,8 +312,8 @@ def test_the_command_line_writes_middle_low_high_certainty_and_a_picture(files, 
 
 def test_options_of_the_band_are_refused_without_it_and_a_picture_over_the_log(files):
     line = ["simulate", files / "m.json", files / "log.csv", "--input", "p_bar"]
-    with pytest.raises(ParameterError, match=r"--past is for an actuator .*.* Add --start unknown to --past"):
-        run(*line, "--past", "-1", "1")
+    with pytest.raises(ParameterError, match=r"--past is for an actuator .*.* Leave out --past or --start model"):
+        run(*line, "--past", "-1", "1", "--start", "model")
     with pytest.raises(
         ParameterError, match=r"'rest' assumes one: at rest .* Leave out --unknown-state or --start rest"
     ):

@@ -597,9 +597,16 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
     },
     "Using a model: evaluate": {
         "start-counts": (
-            "A piece of the log does not go over the whole range of the input within its first half. What the actuator "
-            "did before is unknown, every model was taken to begin at rest, and the errors may be those of that start.",
-            "Log a stroke over the whole range first.",
+            "The log goes over the whole range of its input late or never. All of it counts, and what a model errs by "
+            "may be the past that nobody knows.",
+            "Tell the past with `--start`, or log a stroke over the whole range first.",
+        ),
+        "unknown-past": (
+            "The output is off by a constant of more than {SHIFTS:g} % of range, and what the actuator did before the "
+            "log can be why: begun in other ways the same model lies on both sides of the log. Or it explains nothing "
+            "as it was begun, and most of the log with another past.",
+            "Tell the past with `--start rest`, `rising`, `falling` or `model`, or log a stroke over the whole "
+            "identified range first.",
         ),
         "log-too-short": (
             "The input turns fewer than {FEW_TURNS} times: not one loop was closed, and errors of one stroke say "
@@ -607,10 +614,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Log the motion of use, with several reversals.",
         ),
         "offset": (
-            "The output of the best model is off by a constant of more than {GOOD_PERCENT:g} % of range: the sensor "
-            "was zeroed elsewhere, or load or temperature are others. An inverse asks for a motion about another "
-            "middle.",
-            "Zero the sensor as in the identified log, or subtract the offset from the reference.",
+            "The output is off by a constant of more than {GOOD_PERCENT:g} % of range, and no past of the actuator "
+            "explains that. The zero of the sensor, load or temperature are others: the log does not tell which. Where "
+            "more than a constant is wrong, the message says so, and names none of these.",
+            "Zero the sensor as in the identified log, or subtract the offset from the reference. Where it is no mere "
+            "constant, identify from this log.",
         ),
         "fitted-log": (
             "The log, or a part of it, is the one that the model was fitted to: its error there is no test of it.",

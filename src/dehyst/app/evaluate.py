@@ -15,8 +15,11 @@ from dehyst.app.terminal import ask_progress, print_end, print_findings, print_j
 from dehyst.errors import ColumnError, ParameterError
 from dehyst.findings import Finding
 from dehyst.models import Model, load
+from dehyst.models.start import ABOUT, DEFAULT
 from dehyst.monitoring.evaluate import Evaluation, Scored, evaluate
 from dehyst.shell import quoted
+
+LONGEST_NAME = 32  # of a file, in a table of 80 columns beside a family and five numbers
 
 
 def run_evaluate(request: EvaluateRequest) -> None:
@@ -28,7 +31,13 @@ def run_evaluate(request: EvaluateRequest) -> None:
         read = _read(request, list(models.values()))
         signals, _ = signals_of(request, read, [card for model in models.values() for card in model.context])
     with ask_progress("evaluating", request.json):
-        found = evaluate(models, [record for *_, record in read], follow_offset=request.follow_offset, **signals)
+        found = evaluate(
+            models,
+            [record for *_, record in read],
+            follow_offset=request.follow_offset,
+            start=request.begin or DEFAULT,
+            **signals,
+        )
     with nullcontext() if found.run else concluding(Status.NO):
         if request.json:
             print_json(found.as_dict())
@@ -68,7 +77,13 @@ def _print(found: Evaluation, request: EvaluateRequest) -> None:
         Column(head, justify="right", no_wrap=True, overflow="fold")
         for head in ("output %", "bias %", "input %", "bias %", "clipped %")
     ]
-    heads = (Column("model", overflow="fold"), Column("family", no_wrap=True, overflow="fold"), *numbers)
+    # A name that was cut could not be typed again.
+    longest = max(len(entry.name) for entry in found.entries)
+    heads = (
+        Column("model", overflow="fold", min_width=min(longest, LONGEST_NAME)),
+        Column("family", no_wrap=True, overflow="fold"),
+        *numbers,
+    )
     best = next((k for k, entry in enumerate(found.entries) if entry.name == found.run), None)
     out.print(table(heads, map(_row, found.entries), bold=best))
     first = found.recordings[0]
@@ -77,6 +92,8 @@ def _print(found: Evaluation, request: EvaluateRequest) -> None:
         f"{first.input_name} that the inverse asks for, kept within the identified range",
         soft_wrap=True,
     )
+    start = request.begin or DEFAULT
+    out.print(f"start: {start}, {ABOUT[start]}", soft_wrap=True)
     if request.follow_offset is not None:
         share = 100.0 * request.follow_offset
         out.print(f"outputs are scored with an offset that follows the last cycle, within {share:g} % of range")

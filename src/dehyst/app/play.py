@@ -21,16 +21,13 @@ from dehyst.findings import Finding
 from dehyst.io import Signal, format_csv, read_signal
 from dehyst.models import Band, Model, ModelCard, SignalCard, load
 from dehyst.models.card import in_units_of
+from dehyst.models.start import ABOUT, DEFAULT, MODEL, UNKNOWN, begun, check_start
 
 # A step of the computed input between two samples, as a share of the identified range, that is worth a warning.
 JUMP = 0.1
 # A band narrower than this share of its largest width has closed.
 CLOSED = 1e-6
-UNKNOWN, REST, MODEL = STARTS = ("unknown", "rest", "model")
-ABOUT = {
-    REST: "at rest at the first sample, as if the actuator had never moved",
-    MODEL: "as the log began that the model was identified from; wrong where the actuator comes from elsewhere",
-}
+COMPENSATED = "compensated"
 
 
 def run_simulate(request: SimulateRequest) -> None:
@@ -39,7 +36,7 @@ def run_simulate(request: SimulateRequest) -> None:
     x, findings = in_units_of(model.card.input, signal.values, signal.unit, f"'{signal.name}'")
     findings += outside(x, model.card.input, "input", "the model extrapolates there")
     with ask_progress("simulating"):
-        played = _played(request, model, signal, x, "model", MODEL)
+        played = _played(request, model, signal, x, "model")
     lost = model.lost(played.answer)
     if lost:
         findings.append(
@@ -61,7 +58,7 @@ def run_compensate(request: CompensateRequest) -> None:
     findings += outside(y, model.card.output, "reference", "the inverse extrapolates there")
     inverse = model.inverse()
     with ask_progress("inverting"):
-        played = _played(request, inverse, signal, y, "compensated", UNKNOWN if inverse.bounded else REST)
+        played = _played(request, inverse, signal, y, COMPENSATED)
         if not request.unknown_state:
             findings += _proof(model, inverse, played, y)
     findings += outside(played.answer, model.card.input, "computed input", "the actuator may not be able to give it")
@@ -113,10 +110,10 @@ class _Played:
     given: dict[str, Array]
 
 
-def _played(request: SimulateRequest, model: Model, signal: Signal, x: Array, prefix: str, default: str) -> _Played:
+def _played(request: SimulateRequest, model: Model, signal: Signal, x: Array, prefix: str) -> _Played:
     """Run a model along its input, from the past that was asked for."""
     given, findings = given_of(request, model, signal)
-    start, time, card, told = _start(request, default), signal.time, model.card.output, ""
+    start, time, card, told = _start(request), signal.time, model.card.output, ""
     if time is None and model.rate_dependent:
         raise TimeError(
             f"'{request.model}' is a {model.family} model, which depends on time (creep or rate), and '{request.log}' "
@@ -124,9 +121,14 @@ def _played(request: SimulateRequest, model: Model, signal: Signal, x: Array, pr
             log=str(request.log),
         )
     if start != UNKNOWN:
-        begun = model.at_rest(float(x[0])) if start == REST else model
-        answer = begun.simulate(x, time, **given)
+        answer = begun(model, start, float(x[0])).simulate(x, time, **given)
         columns = {_column(card, prefix): answer}
+        if prefix == COMPENSATED and model.bounded and request.begin is None:
+            band = model.band(x, time, model.usual_past, **given)
+            doubt = np.maximum(np.maximum(band.high - answer, answer - band.low), 0.0)
+            told = f"{ABOUT[start]}: {_doubted(doubt, card, signal)}"
+            if model.direction == "inverse" and np.any(doubt > 0.0):
+                columns[_column(card, "doubt")] = doubt
     elif request.unknown_state:
         band = model.band(x, time, request.past, **given)
         answer, start = band.middle, ""
@@ -142,19 +144,27 @@ def _played(request: SimulateRequest, model: Model, signal: Signal, x: Array, pr
     return _Played(columns, answer, start, told or ABOUT.get(start, ""), findings, time, given)
 
 
-def _start(request: SimulateRequest, default: str) -> str:
-    """Return which start was asked for, `default` if none."""
-    start = request.begin or (UNKNOWN if request.unknown_state else default)
-    if start not in STARTS:
-        raise ParameterError(f"--start {start!r:.40} is unknown; there are: {', '.join(STARTS)}.", start=start)
-    for option, given in (("--unknown-state", request.unknown_state), ("--past", request.past is not None)):
-        if given and start != UNKNOWN:
-            cure = f"Leave out {option} or --start {start}" if request.begin else f"Add --start unknown to {option}"
-            raise ParameterError(
-                f"{option} is for an actuator of whose past nothing is known, and the start '{start}' assumes one: "
-                f"{ABOUT[start]}. {cure}."
-            )
+def _start(request: SimulateRequest) -> str:
+    """Return the start that was asked for, by name or by an option of an unknown past; if none, the usual one."""
+    of_unknown = (("--unknown-state", request.unknown_state), ("--past", request.past is not None))
+    options = [option for option, given in of_unknown if given]
+    start = check_start(request.begin or (UNKNOWN if options else DEFAULT))
+    if options and start != UNKNOWN:
+        raise ParameterError(
+            f"{options[0]} is for an actuator of whose past nothing is known, and the start '{start}' assumes one: "
+            f"{ABOUT[start]}. Leave out {options[0]} or --start {start}."
+        )
     return start
+
+
+def _doubted(doubt: Array, card: SignalCard, signal: Signal) -> str:
+    """How far an answer may be off if the actuator comes from elsewhere within the identified range."""
+    if not np.any(doubt > 0.0):
+        return "here no past within the identified range changes that"
+    closed = np.flatnonzero(doubt <= CLOSED * float(np.max(doubt)))
+    end = f"by {doubt[-1]:.3g} at the end" if not closed.size else f"known from {_place(signal, int(closed[0]))} on"
+    first = f"the first value may then be off by {doubt[0]:.3g} {card.unit}".rstrip()
+    return f"{first}, {end}. --start unknown takes the middle of what is possible, which errs by least at worst"
 
 
 def _middle(band: Band, past: tuple[float, float] | None, card: ModelCard, signal: Signal) -> str:

@@ -42,6 +42,8 @@ def argument(about: str, default: Any = MISSING, *, metavar: str | None = None) 
 
 LOG = "Log file: .csv(.gz), .mat, .npz; with extras .mcap, .bag, .mf4, .parquet."
 MODEL = "Model file written by `dehyst identify ... --save`."
+BEGIN = "Past of the actuator; by default model: as the log of the model began."
+PASTS = "unknown|rest|rising|falling|model"
 INPUT, OUTPUT = "Input column; by default the model's.", "Output column; by default the model's."
 
 
@@ -126,11 +128,7 @@ class SimulateRequest:
     past: tuple[float, float] | None = option(
         "What the signal cannot have left before; the identified range without it; no direct inverse.", metavar="LO HI"
     )
-    begin: str | None = option(
-        "Past of the actuator. compensate takes unknown (plays) or rest, simulate takes model, as the log began.",
-        flag="--start",
-        metavar="unknown|rest|model",
-    )
+    begin: str | None = option(BEGIN, flag="--start", metavar=PASTS)
     figure: Path | None = option("Picture of the band, .svg or .png, with --unknown-state.")
     overwrite: bool = option(default=False)
 
@@ -364,6 +362,7 @@ class EvaluateRequest(LogsRequest):
     log: Path = argument("Log that they were not identified from, such as one of use.")
     load: str | None = option()
     mean_pressure: str | None = option()
+    begin: str | None = option(BEGIN, flag="--start", metavar=PASTS)
     follow_offset: float | None = option(
         "Score with an offset that follows the last cycle, within this share of the output's range.", metavar="LIMIT"
     )

@@ -232,6 +232,10 @@ class LoopModel(Model):
         """Return the same model that begins as if it had never moved from its first input."""
         return self.with_start("rest")
 
+    def after_strokes(self, first: float, rising: bool) -> Self:
+        """Return the same model that begins after strokes over its range, the last one rising or falling."""
+        return self.with_start("rising" if rising is (self._scale().half_range > 0.0) else "falling")
+
     def file_parameters(self) -> dict[str, Any]:
         """Return parameters, scaling and start, as they stand in a model file."""
         return {"values": self.parameters(), "scaling": asdict(self.scaling), "start": self.start}
@@ -311,6 +315,11 @@ class InverseLoop(Inverted[LoopModel]):
         """Ends of the range of the scaling's output. [output]"""
         s = self.of.scaling
         return s.level - abs(s.amplitude), s.level + abs(s.amplitude)
+
+    def after_strokes(self, first: float, rising: bool) -> Self:
+        """Return the same that begins after strokes; where the output falls with the input, so does what rises."""
+        start = "rising" if rising is (self.of._scale().amplitude > 0.0) else "falling"
+        return replace(self, of=self.of.with_start(start))  # type: ignore[arg-type]
 
     def simulate(self, x: npt.ArrayLike, time: npt.ArrayLike | None = None, **signals: npt.ArrayLike) -> Array:
         """Return the inputs (T,) that the outputs (T,) need, from the model's start state on. [input]

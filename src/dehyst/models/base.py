@@ -176,6 +176,15 @@ class HysteresisModel(Model):
         value = float(first) if before is None else float(before([first])[0])
         return self.with_state(np.full(plays.thresholds.size, value - plays.center))
 
+    def after_strokes(self, first: float, rising: bool) -> Self:  # noqa: D102 - documented in the base class
+        plays, before, _ = self._plays()
+        low, high = self.ends
+        turns = [high, low, float(first)] if rising else [low, high, float(first)]
+        z = np.zeros(plays.thresholds.size)
+        for turn in turns if before is None else before(turns).tolist():
+            z = np.clip(z, turn - plays.center - plays.thresholds, turn - plays.center + plays.thresholds)
+        return self.with_state(z)
+
     def interval(self, x: npt.ArrayLike, known: float | None = None, past: Past = None) -> tuple[Array, Array]:
         r"""Return the interval in which the output lies whatever the actuator did before the first sample.
 

@@ -315,6 +315,19 @@ class Model(ABC):
     def at_rest(self, first: float) -> Self:
         """Return the same model as if it had been at rest at a first input since ever."""
 
+    def after_strokes(self, first: float, rising: bool) -> Self:
+        """Return the same model after strokes over its whole range, the last one rising, or falling, to a first input.
+
+        Raises
+        ------
+        ParameterError
+            If its memory cannot be had.
+        """
+        raise ParameterError(
+            f"--start rising and --start falling are not for this {self.family} model, whose memory is of what was "
+            f"measured. Choose --start unknown, rest or model."
+        )
+
     def moved(self, x: npt.ArrayLike) -> Model | None:
         """Return the same model with the memory that an input leaves; None where memory is of what was measured."""
         return None
@@ -469,6 +482,10 @@ class Inverted(Model, Generic[M]):
     def at_rest(self, first: float) -> Self:
         """Return the same that begins as if it had never moved, or after a homing."""
         return replace(self, of=self.of.at_rest(first))
+
+    def after_strokes(self, first: float, rising: bool) -> Self:
+        """Return the same after strokes over the whole range."""
+        return replace(self, of=self.of.after_strokes(first, rising))
 
     def pruned(self) -> Self:
         """Return the same without terms of zero weight."""

@@ -25,12 +25,17 @@ from dehyst.identification.scores import Part, score
 from dehyst.models import Model
 from dehyst.models.model import require_model
 from dehyst.models.offset import following, offset_numbers, width
+from dehyst.models.start import DEFAULT, PASTS, UNKNOWN, begun, check_start
 from dehyst.monitoring.logs import fitted_share, in_units_of, unexplained
 
 Signals = npt.ArrayLike | Sequence[npt.ArrayLike]
 
 FEW_TURNS = 3  # of the input: with fewer not even one loop was closed
 BEYOND = 0.02  # share of the identified range that a log may leave it by without a word
+# Pasts shift the output by this many percent of range before it is said: a third of what is good for compensation.
+SHIFTS = 1.0
+# A bias is a constant, as that of a sensor's zero, where what is left without it is smaller than this share of it.
+CONSTANT = 0.5
 
 
 @dataclass(frozen=True)
@@ -157,6 +162,7 @@ class _Log:
     given: tuple[dict[str, Array], ...]
     part: Part = field(default_factory=lambda: Part((), ()))
     follow_offset: float | None = None
+    start: str = DEFAULT
 
 
 @takes_recordings
@@ -165,12 +171,14 @@ def evaluate(
     recordings: Recording | Sequence[Recording],
     *,
     follow_offset: float | None = None,
+    start: str = DEFAULT,
     **signals: Signals,
 ) -> Evaluation:
     """Score saved models of any family on another log: how far output and inverse are off, and which one to run.
 
-    Every model begins at rest at the first sample of each piece. What it says counts from where the input has visited
-    both ends of its range, as far as that leaves half of the piece: before, the past decides.
+    Every model begins each piece as `start` says, as in `dehyst simulate`. What it says counts from where the input has
+    visited both ends of its range: before, the past decides. If that leaves less than half of the log all of it counts,
+    and of a piece after a gap nothing before.
 
     Parameters
     ----------
@@ -180,6 +188,9 @@ def evaluate(
         The log. Signals are converted to the units of each model's card.
     follow_offset
         Limit of an offset that follows the last cycle, as a share of the output's range: outputs are scored with it.
+    start
+        Past of the actuator, one of `dehyst.models.start.STARTS`: "model", as the log began that it was identified
+        from, "rest", "rising", "falling", or, for models of plays, "unknown".
     signals
         Scheduling signals by name that a model needs, such as `load`: an array (T,) for each recording.
 
@@ -192,7 +203,7 @@ def evaluate(
     Raises
     ------
     ParameterError
-        If something is no model, there is none, or two have one name.
+        If something is no model, there is none, two have one name, or there is no such start.
 
     Examples
     --------
@@ -212,11 +223,11 @@ def evaluate(
             held[name] = array
     low, high = range_over([record.input for record in records])
     part, assumed = _counting(records, low, high)
-    log = _Log(records, tuple(given), part, follow_offset)
+    log = _Log(records, tuple(given), part, follow_offset, check_start(start))
     entries = [_scored(name, model, log) for name, model in named.items()]
     entries.sort(key=lambda entry: rank(entry.error_percent))
     run, why = _advice(entries)
-    return Evaluation(tuple(entries), records, run, why, (*_about(records), *assumed, *_offset(entries[0])))
+    return Evaluation(tuple(entries), records, run, why, (*_about(records), *assumed))
 
 
 def _named(models: Model | Sequence[Model] | Mapping[str, Model]) -> dict[str, Model]:
@@ -235,20 +246,24 @@ def _named(models: Model | Sequence[Model] | Mapping[str, Model]) -> dict[str, M
 
 
 def _counting(records: tuple[Recording, ...], low: float, high: float) -> tuple[Part, list[Finding]]:
-    """Samples that count: those after both ends were visited, where that leaves half of a piece, and not left out."""
-    spans: list[tuple[slice, ...]] = []
+    """Samples that count: those after both ends were visited, where that leaves half of the log, and not left out.
+
+    Otherwise all of each first piece counts, and what a piece after a gap did before is no part of any score either.
+    """
+    begins = [[known_from(record.input[piece], low, high) for piece in record.pieces] for record in records]
+    counted = sum(
+        max(0, piece.stop - piece.start - begin)
+        for record, row in zip(records, begins, strict=True)
+        for piece, begin in zip(record.pieces, row, strict=True)
+    )
+    assumed = 2 * counted < sum(len(record) for record in records)
     weights: list[Array | None] = []
-    assumed = total = 0
-    for record in records:
-        own = []
-        for piece in record.pieces:
-            x = record.input[piece]
-            begin = known_from(x, low, high)
-            if 2 * begin > x.size:
-                begin, assumed = 0, assumed + 1
-            total += 1
-            own.append(slice(piece.start + begin, piece.stop))
-        spans.append(tuple(own))
+    spans: list[tuple[slice, ...]] = []
+    for record, row in zip(records, begins, strict=True):
+        if assumed:
+            row[0] = 0
+        ends = zip(record.pieces, row, strict=True)
+        spans.append(tuple(slice(min(piece.start + begin, piece.stop), piece.stop) for piece, begin in ends))
         weight = np.ones(len(record)) if record.left_out else None
         if weight is not None:
             weight[list(record.left_out)] = 0.0
@@ -256,13 +271,12 @@ def _counting(records: tuple[Recording, ...], low: float, high: float) -> tuple[
     part = Part(tuple(spans), tuple(weights))
     if not assumed:
         return part, []
-    which = "the log does" if total == 1 else f"{assumed} of its {total} pieces do"
     return part, [
         Finding(
             "start-counts",
-            f"{which} not go over the whole range of the input, {low:.4g} to {high:.4g}, in the first half: every "
-            f"model was taken to begin at rest there, and what it errs by may be the past that nobody knows. Log a "
-            f"stroke over the whole range first.",
+            f"the log goes over the whole range of its input, {low:.4g} to {high:.4g}, late or never: all of it "
+            f"counts, and what a model errs by may be the past that nobody knows (--start tells it). Log a stroke over "
+            f"the whole range first.",
         )
     ]
 
@@ -283,21 +297,103 @@ def _about(records: tuple[Recording, ...]) -> list[Finding]:
     return found
 
 
-def _offset(best: Scored) -> list[Finding]:
-    """Say where even the best model is off by a constant: an inverse then asks for a motion about another middle."""
-    if best.output is None or abs(best.bias_percent) <= GOOD_PERCENT:
+def _bias(entry: Scored, log: _Log, records: Sequence[Recording]) -> list[Finding]:
+    """Say where the output is off by a constant, and whether the past, which nobody knows, can be why."""
+    if entry.output is None or log.follow_offset is not None:
         return []
-    unit = f" {best.model.card.output.unit}" if best.model.card.output.unit else ""
+    bias = entry.bias_percent
+    if abs(bias) <= SHIFTS:
+        return []
+    shifts = _shifts(entry, log, records)
+    low, high = min(shifts.values(), default=0.0), max(shifts.values(), default=0.0)
+    size = abs(entry.output_bias)
+    unit = f" {entry.model.card.output.unit}" if entry.model.card.output.unit else ""
+    seen = (
+        f"the output of {entry.name} lies {abs(bias):.3g} % of range ({size:.3g}{unit}) "
+        f"{'above' if bias > 0 else 'below'} that of the log, in the mean"
+    )
+    if high - low > SHIFTS and low - SHIFTS <= -bias <= high + SHIFTS:
+        best = min(PASTS, key=lambda start: abs(bias + shifts.get(start, np.inf)))
+        stroke = "{:.4g} to {:.4g}".format(*entry.model.ends)
+        could = f"what the actuator did before the log moves it by {low:+.2g} to {high:+.2g} %"
+        nearest = f"--start {best} leaves {bias + shifts[best]:+.2g} %"
+        if abs(bias) <= GOOD_PERCENT:
+            return [
+                Finding(
+                    "unknown-past", f"{seen}; {could}, and the log does not tell. Log a stroke over {stroke} first."
+                )
+            ]
+        return [
+            Finding(
+                "unknown-past",
+                f"{seen}; {could}, which is enough for that: {nearest}. A model is not to blame for a past that it was "
+                f"not told. Say how the actuator came there (--start), or log a stroke over {stroke} first.",
+            )
+        ]
+    if abs(bias) <= GOOD_PERCENT:
+        return []
+    gain, left = _gain(entry, log, records)
+    if entry.error_percent > CONSTANT * abs(bias) or (entry.error_percent > SHIFTS and left < CONSTANT):
+        scaled = f"; times {gain:.3g} and moved, it would be off by {left * entry.error_percent:.2g} %"
+        return [
+            Finding(
+                "offset",
+                f"{seen}, and by {entry.error_percent:.3g} % rms beside that{scaled}: it is no mere constant, so this "
+                f"model is not that of the actuator as it is now. Identify from this log.",
+            )
+        ]
+    moved = f" (pasts move it by {low:+.2g} to {high:+.2g} %)" if shifts else ""
     return [
         Finding(
             "offset",
-            f"the output of {best.name}, which errs least, lies {abs(best.bias_percent):.3g} % of range "
-            f"({abs(best.output_bias):.3g}{unit}) {'above' if best.output_bias > 0 else 'below'} that of the log, "
-            f"in the mean: the sensor was zeroed elsewhere, or the actuator was at another load or temperature. Input "
-            f"errors hold it, too. Zero the sensor as in the identified log, or subtract the offset from "
-            f"the reference.",
+            f"{seen}, and no past of the actuator explains that{moved}: the zero of the sensor, the load or the "
+            f"temperature is another one, which this log cannot tell apart. Input errors hold it, too. Zero the sensor "
+            f"as in the identified log, or subtract the offset from the reference.",
         )
     ]
+
+
+def _gain(entry: Scored, log: _Log, records: Sequence[Recording]) -> tuple[float, float]:
+    """Factor of the output that fits the log best beside a constant, and the share of the error that it leaves."""
+    masks = [log.part.mask(index, len(record)) for index, record in enumerate(records)]
+    pairs = [(f[mask], r.output[mask]) for f, r, mask in zip(entry.predictions, records, masks, strict=True)]
+    said, seen = (np.concatenate([part[k] - part[k].mean() for part in pairs if part[k].size]) for k in (0, 1))
+    square, error = float(said @ said), float(np.sum((seen - said) ** 2))
+    if square == 0.0 or error == 0.0:
+        return 1.0, 1.0
+    gain = float(said @ seen) / square
+    return gain, float(np.sqrt(np.sum((seen - gain * said) ** 2) / error))
+
+
+def _shifts(entry: Scored, log: _Log, records: Sequence[Recording]) -> dict[str, float]:
+    """By how much each other past moves the output where it counts, in the mean, percent of range."""
+    if entry.output is None or not entry.output.rmse > 0.0:
+        return {}
+    percent, inputs = entry.output.rmse_percent / entry.output.rmse, [record.input for record in records]
+    shifts: dict[str, float] = {}
+    for start in PASTS:
+        try:
+            outputs = _answers(entry.model, records, inputs, replace(log, start=start))
+        except DehystError:  # a model that has no such start
+            continue
+        shifts[start] = percent * log.part.moments(outputs, entry.predictions).mean
+    if entry.model.bounded and entry.model.direction == "forward":
+        lowest, highest = _bounds(entry.model, records)
+        shifts["lowest"] = percent * log.part.moments(lowest, entry.predictions).mean
+        shifts["highest"] = percent * log.part.moments(highest, entry.predictions).mean
+    return shifts
+
+
+def _bounds(model: Model, records: Sequence[Recording]) -> tuple[list[Array], list[Array]]:
+    """Least and largest output after any past within the identified range, along each recording."""
+    lows, highs = [], []
+    for record in records:
+        bands = [
+            model.band(np.ascontiguousarray(record.input[piece]), past=model.usual_past) for piece in record.pieces
+        ]
+        lows.append(np.concatenate([band.low for band in bands]))
+        highs.append(np.concatenate([band.high for band in bands]))
+    return lows, highs
 
 
 def _scored(name: str, model: Model, log: _Log) -> Scored:
@@ -322,13 +418,43 @@ def _scored(name: str, model: Model, log: _Log) -> Scored:
         return Scored(name, model, reason=f"the model depends on '{missing[0]}', which was not given: --{option}.")
     findings += _fitted(name, model, log.records) + _outside(model, records)
     entry = _backward(_forward(Scored(name, model, findings=tuple(findings)), log, records), log, records)
-    if entry.output is not None:
-        pairs = [(p - r.output, r.output) for p, r in zip(entry.predictions, records, strict=True)]
-        left, seen = (np.concatenate([part[k] - np.mean(part[k]) for part in pairs]) for k in (0, 1))
-        why = unexplained(left, seen)
-        if why:
-            entry = replace(entry, findings=(*entry.findings, Finding("unexplained", f"{why}.")))
-    return entry
+    if entry.output is None:
+        return entry
+    why = _not_explained(entry.predictions, records, log)
+    if not why:
+        return replace(entry, findings=(*entry.findings, *_bias(entry, log, records)))
+    told = _told_by(model, log, records)
+    if told:
+        told = (
+            f"begun with --start {log.start} the model explains nothing of this log, and with --start {told} it does: "
+            f"what the actuator did before decides here. Add --start {told}."
+        )
+        return replace(entry, findings=(*entry.findings, Finding("unknown-past", told)))
+    return replace(entry, findings=(*entry.findings, Finding("unexplained", f"{why}.")))
+
+
+def _not_explained(outputs: Sequence[Array], records: Sequence[Recording], log: _Log) -> str:
+    """Why outputs have nothing to do with the log where it counts, the mean of each recording left out, or ""."""
+    rest, response = [], []
+    for index, (record, output) in enumerate(zip(records, outputs, strict=True)):
+        counts = log.part.mask(index, len(record))
+        error = (output - record.output)[counts]
+        rest.append(error - error.mean() if error.size else error)
+        response.append(record.output[counts] - (record.output[counts].mean() if error.size else 0.0))
+    return unexplained(np.concatenate(rest), np.concatenate(response))
+
+
+def _told_by(model: Model, log: _Log, records: Sequence[Recording]) -> str:
+    """Return the past with which a model does explain a log, or ""."""
+    inputs = [record.input for record in records]
+    for start in PASTS:
+        try:
+            outputs = _answers(model, records, inputs, replace(log, start=start))
+        except DehystError:  # a model that has no such start
+            continue
+        if not _not_explained(outputs, records, log):
+            return start
+    return ""
 
 
 def _fitted(name: str, model: Model, records: Sequence[Recording]) -> list[Finding]:
@@ -432,7 +558,7 @@ def _within(signals: Sequence[Array], measured: Sequence[Array], part: Part) -> 
 
 
 def _answers(model: Model, records: Sequence[Recording], signals: Sequence[Array], log: _Log) -> tuple[Array, ...]:
-    """Answers along each recording, piece by piece, at rest at the first sample of each."""
+    """Answers along each recording, piece by piece, each begun as the start says."""
     found = []
     for record, signal, given in zip(records, signals, log.given, strict=True):
         parts = []
@@ -440,7 +566,10 @@ def _answers(model: Model, records: Sequence[Recording], signals: Sequence[Array
             x = np.ascontiguousarray(signal[piece])
             time = None if record.time is None else np.ascontiguousarray(record.time[piece])
             held = {need: np.ascontiguousarray(given[need][piece]) for need in model.needs}
-            parts.append(model.at_rest(float(x[0])).simulate(x, time, **held))
+            if log.start == UNKNOWN:
+                parts.append(model.band(x, time, model.usual_past, **held).middle)
+            else:
+                parts.append(begun(model, log.start, float(x[0])).simulate(x, time, **held))
         found.append(np.concatenate(parts))
     return tuple(found)
 
