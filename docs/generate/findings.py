@@ -163,9 +163,15 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Log one, or name it with `--time`.",
         ),
         "time-unit": (
-            "The time column names no unit and was read as seconds, one sample every second or slower.",
-            "If it is in milliseconds: `--time-unit ms`, or call the column `time_ms`. `--from`, `--to` and rates "
-            "depend on it.",
+            "The time column names no unit and was read as seconds, one sample every second or slower, or faster than "
+            "every 0.1 us; or the unit that it names makes a step below 1 ns or a log of more than a year.",
+            "If it is in milliseconds: `--time-unit ms`, or call the column `time_ms`; `--time-unit 0.0005` where one "
+            "count is so many seconds. `--from`, `--to` and rates depend on it.",
+        ),
+        "day-numbers": (
+            "The time column names no unit, and its numbers and its step are those of days as Excel, MATLAB or "
+            "astronomers count them. It was read as days, from its first row.",
+            "None if that is right; else `--time-unit s`.",
         ),
         "date-order": (
             "Dates such as 03/05/2024 run over several days, and nothing tells whether the day or the month comes "

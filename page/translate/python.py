@@ -735,7 +735,7 @@ MODULES = (
     "identification/residual identification/scores identification/selection identification/settings identification/shear "
     "identification/short_signal identification/split identification/static_curve identification/tracking io/cells "
     "io/checks io/clean io/clocks io/columns io/delimited io/layout io/logs io/order io/plain io/select "
-    "io/table io/text "
+    "io/table io/time_units io/text "
     "io/inspect models/arrays models/base models/card models/model models/monotone models/prandtl_ishlinskii "
     "models/machine models/unknown models/offset models/parameters models/storage files version "
     "control/storage control/block export/names export/precision export/numbers export/units export/signal export/subject "

@@ -57,7 +57,7 @@ ALIASES = {
 }  # fmt: skip
 _LOWER = {unit.lower(): unit for unit in reversed(DIMENSION) if unit != "Nm"} | ALIASES
 
-_MEGA = {"MN", "MV", "MA", "MNm"}  # mega, not milli: a thousand million times off if the case were ignored
+_MEGA = {"MN", "MV", "MA", "MNm", "Ms"}  # mega, not milli: a thousand million times off if the case were ignored
 
 # Whole names that can only be a time in that unit: Arduino's millis() and micros(), "Sekunden", ...
 _CLOCK_NAMES = frozenset(

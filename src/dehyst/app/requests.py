@@ -10,7 +10,7 @@ COMMON = {  # name of a field -> its flag and its help, the same in every comman
     "input": ("--input", "Column that drives the actuator; by default by names and units."),
     "output": ("--output", "Column that responds; by default by names and units."),
     "time": ("--time", "Time column, if it is not found by itself."),
-    "time_unit": ("--time-unit", "Unit of the time column, e.g. ms, if its name does not tell."),
+    "time_unit": ("--time-unit", "Unit of the time column, e.g. ms, or how many seconds one count is."),
     "run": ("--run", "Run to use, if the log holds several."),
     "runs": ("--run", "Run to use, if a log holds several; repeat for more."),
     "start": ("--from", "Leave out samples before this time [s]."),

@@ -18,7 +18,16 @@ from dehyst.arrays import Array, Rows
 from dehyst.data.loops import gap_limit
 from dehyst.errors import ColumnError, RecordingError, RunError, TimeError
 from dehyst.findings import Finding
-from dehyst.io.clocks import choose_clock, counting, in_seconds, two_columns, with_time_unit
+from dehyst.io.clocks import (
+    choose_clock,
+    counting,
+    in_seconds,
+    require_unit,
+    seconds,
+    two_columns,
+    unit_finding,
+    with_time_unit,
+)
 from dehyst.io.collect import Piece, Source
 from dehyst.io.columns import MAX_NUMBERED_RUNS, numbered_labels, provenance, run_column, select_run
 from dehyst.io.formats import PathLike, open_source, readable
@@ -36,7 +45,7 @@ def open_chunks(
     time: str | None = None,
     *,
     run: str | None = None,
-    time_unit: str | None = None,
+    time_unit: str | float | None = None,
     rows: int = ROWS,
 ) -> ChunkedLog:
     """Open a log to be read in chunks.
@@ -101,6 +110,8 @@ def _clock(source: Source, table: Table, x_name: str, y_name: str, time: str | N
         table = replace(table, columns=kept, order=tuple(name for name in table.order if name not in others))
         clocks = [choose_clock(table, name, time) for name in (x_name, y_name)]
         if clocks[0] == clocks[1]:
+            if clocks[0]:
+                require_unit(table, clocks[0])
             return clocks[0]
     raise TimeError(
         f"'{x_name}' and '{y_name}' of {table.name} are on two clocks, which cannot be merged in chunks. Name one "
@@ -159,7 +170,10 @@ class ChunkedLog:
         self.output_name, self.output_unit = table.label(columns[1])
         self.name = table.name if run is None else f"{table.name}, run {run}"
         self.size, self.costly, self.has_time = source.size, source.costly, columns[2] is not None
-        self._counting = counting(table, columns[2]) if columns[2] else (1.0, False)
+        self._counting, self._clock_findings = (1.0, False), list[Finding]()
+        if columns[2]:
+            self._counting = counting(table, columns[2])
+            self._clock_findings = unit_finding(table, columns[2], seconds(table, columns[2])[0])
         self._sha256 = ""
         self._begin()
 
@@ -263,7 +277,7 @@ class ChunkedLog:
     @property
     def findings(self) -> tuple[Finding, ...]:
         """What was noticed: at the start of the log, and in the rows that the present pass has met."""
-        return (*self._table.findings, *self._source.findings(), *self._tally.findings())
+        return (*self._table.findings, *self._clock_findings, *self._source.findings(), *self._tally.findings())
 
     @property
     def provenance(self) -> Mapping[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from weakref import WeakKeyDictionary
 
@@ -12,12 +13,13 @@ from dehyst.errors import ColumnError, TimeError, UnitError
 from dehyst.findings import Finding
 from dehyst.io.columns import find_column
 from dehyst.io.table import Table, finite, list_names, measured
-from dehyst.units import DIMENSION, TABLE, canonical, parse_unit, words
+from dehyst.io.time_units import DAY, of_clock, seconds_of, unit_in_name
+from dehyst.units import DIMENSION, parse_unit, words
 
 TIME_WORDS = frozenset(
     words(
         "t time timestamp timestamps stamp zeit temps tiempo tempo elapsed clock datetime date sec secs seconds msec "
-        "usec nsec ms us ns epoch zeitstempel uhrzeit datum"
+        "usec nsec ms us ns epoch zeitstempel uhrzeit datum dauer laufzeit messzeit zeitpunkt"
     )
 )
 PLAIN_WORDS = frozenset(words("time timestamp timestamps zeit zeitstempel elapsed datetime"))
@@ -25,6 +27,21 @@ NAMELESS = ("column_1", "X_Value")  # no header; the first column of a LabVIEW m
 FORWARD_SHARE = 0.9  # of the steps of a clock
 # Seconds since 1970 from 2001 to 2099; a stamp in this window counts from an epoch, not from a start button.
 EPOCH = (9.78e8, 4.1e9)
+# Units of clocks of computers: since 1970 in s, ms, us, ns; then 100 ns since the years 1 (.NET) and 1601 (Windows).
+_EPOCHS = tuple((EPOCH[0] / s, EPOCH[1] / s, s) for s in (1.0, 1e-3, 1e-6, 1e-9))
+_EPOCHS += ((6.31e17, 6.63e17, 1e-7), (1.26e17, 1.58e17, 1e-7))
+# Days of 2000 to 2100 as programs count them; a clock that started hours ago may show the same numbers as seconds.
+DAY_NUMBERS = {
+    "Excel": (36_526.0, 73_050.0),
+    "MATLAB": (730_486.0, 767_010.0),
+    "Julian dates": (2_451_544.0, 2_488_070.0),
+    "days since 1970": (10_957.0, 36_526.0),
+}
+SURELY_DAYS = 2e-5  # read as seconds, logs of loops this fast (50 kHz) are rarer than those with a row every 1.7 s
+SURELY_SECONDS = 0.0035  # read as days, a row every 5 min
+# Steps and durations that no log of an actuator has, where the unit is only assumed and where it is named.
+SHORTEST = (1e-7, 1e-9)
+LONGEST = 3e7  # a year
 _FOUND: WeakKeyDictionary[Table, list[str]] = WeakKeyDictionary()  # a table is asked for its clocks several times
 
 
@@ -32,11 +49,11 @@ def is_clock(table: Table, name: str) -> bool:
     """Whether a column looks like time: called so, or in a unit of time, and running forward."""
     if name in table.stamps:
         return _moves(table, name)
-    bare, unit = parse_unit(name)
-    unit = table.units.get(name) or unit
-    called = bool(TIME_WORDS & set(words(bare))) or DIMENSION.get(unit) == "time"
-    values = table.columns[name]
-    return called and _runs_forward(values)
+    bare, unit = table.label(name)
+    written_out = len(unit) > 2 and seconds_of(unit) is not None  # "days"; "ps" may be horsepower
+    kind = "time" if written_out else DIMENSION.get(unit, "")
+    called = bool(TIME_WORDS & set(words(bare))) and kind in {"", "time"}
+    return (called or kind == "time") and _runs_forward(table.columns[name])
 
 
 def _runs_forward(values: Array) -> bool:
@@ -78,6 +95,11 @@ def _find_clocks(table: Table) -> list[str]:
     )
 
 
+def _is_clear(unit: str) -> bool:
+    """Whether a clock names a unit of time, or none."""
+    return not unit or seconds_of(unit) is not None
+
+
 def _leads_matrix(table: Table, name: str) -> bool:
     """Whether a column is the first of a matrix in a binary log (``data_1`` beside ``data_2``)."""
     stem, _, number = name.rpartition("_")
@@ -107,17 +129,77 @@ def seconds(table: Table, name: str) -> tuple[Array, float]:
     return in_seconds(values, scale, first), first * scale
 
 
+def unit_of_clock(table: Table, name: str) -> str:
+    """Unit that a time column names, known or not, "" if it names none."""
+    return of_clock(table.units.get(name, "")) or unit_in_name(name)
+
+
 def counting(table: Table, name: str) -> tuple[float, bool]:
-    """Unit of a time column in seconds, and whether it counts from 1970."""
+    """Unit of a time column in seconds, and whether it counts from an epoch; a unit that is not known is 1 s here."""
     good = measured(table.columns[name])
-    scale = TABLE["time"].get(table.units.get(name, ""), 0.0)
-    if good.size == 0 or (name not in table.stamps and float(good.max()) * max(scale, 1.0) < EPOCH[0]):
-        return scale or 1.0, False  # whatever the unit
-    middle = float(np.median(good))
-    if not scale:
-        fits = [s for s in (1.0, 1e-3, 1e-6, 1e-9) if EPOCH[0] <= middle * s < EPOCH[1]]
+    if good.size == 0 or name in table.stamps:
+        return 1.0, name in table.stamps
+    scale = seconds_of(unit_of_clock(table, name))
+    middle = float(np.median(good)) if float(good.max()) >= DAY_NUMBERS["days since 1970"][0] else 0.0
+    if scale is None:
+        fits = [s for low, high, s in _EPOCHS if low <= middle < high]
+        if not fits and _days_of(good, middle) and day_numbers(good) is True:
+            fits = [DAY]
         scale = fits[0] if fits else 1.0
-    return scale, name in table.stamps or EPOCH[0] <= middle * scale < EPOCH[1]
+    is_epoch = EPOCH[0] <= middle * scale < EPOCH[1] or any(low <= middle < high for low, high, _ in _EPOCHS)
+    return scale, is_epoch or (scale == DAY and bool(_days_of(good, middle)))
+
+
+def _days_of(good: Array, middle: float) -> str:
+    """Which program counts days in such numbers, "" if none does."""
+    return next((who for who, (low, high) in DAY_NUMBERS.items() if low <= middle < high), "")
+
+
+def day_numbers(good: Array) -> bool | None:
+    """Whether stamps in the range of day numbers step like these, None if they may as well be seconds.
+
+    A logger samples at a round step or rate: 1 s is 1.1574e-05 in days.
+    """
+    step = np.diff(good)
+    step = step[step > 0]
+    typical = float(np.median(step)) if step.size else 1.0
+    if typical < SURELY_DAYS:
+        return True
+    if typical > SURELY_SECONDS:
+        return False
+    as_seconds, as_days = _is_round(typical) or _is_round(1.0 / typical), _is_round(typical * DAY)
+    return None if as_seconds == as_days else as_days
+
+
+def _is_round(step: float) -> bool:
+    """Whether a step has two digits, to what stamps of eleven digits tell."""
+    digits = step / 10.0 ** (np.floor(np.log10(step)) - 1)
+    return bool(abs(digits - round(digits)) <= 1e-4 * digits)
+
+
+def require_unit(table: Table, name: str) -> None:
+    """Refuse a time column in a unit that is none of time, or whose numbers may be days and seconds."""
+    if name in table.stamps:
+        return
+    unit = unit_of_clock(table, name)
+    good = measured(table.columns[name])
+    cure = (
+        "Type how many seconds one is, for example --time-unit 0.0005, or its unit, such as --time-unit ms (in Python "
+        "time_unit='ms')."
+    )
+    if unit and seconds_of(unit) is None and counting(table, name)[0] == 1.0:
+        raise UnitError(
+            f"time column '{name}' of {table.name} counts in '{unit}', and how many seconds that is, is not known "
+            f"here. Rates, creep and windows depend on it, so it is not guessed. {cure}",
+            unit=unit,
+        )
+    who = "" if unit or good.size == 0 else _days_of(good, float(np.median(good)))
+    if who and day_numbers(good) is None:
+        raise UnitError(
+            f"time column '{name}' of {table.name} names no unit, and its numbers, {good[0]:.12g} and up, are either "
+            f"seconds or days as {who} counts them: a factor of 86400. Type --time-unit s or --time-unit d.",
+            unit="",
+        )
 
 
 def in_seconds(values: Array, scale: float, first: float) -> Array:
@@ -125,7 +207,9 @@ def in_seconds(values: Array, scale: float, first: float) -> Array:
     # Subtract before scaling: 1.7e18 ns has no digits to lose.
     good = finite(values)
     stamps = (values if good.all() else np.where(good, values, np.nan)) - first
-    return np.asarray(stamps / round(1 / scale) if scale < 1 else stamps * scale)
+    parts = round(1.0 / scale)
+    exact = scale < 1.0 and abs(parts * scale - 1.0) < 1e-9
+    return np.asarray(stamps / parts if exact else stamps * scale)
 
 
 def choose_clock(table: Table, column: str, wanted: str | None) -> str | None:
@@ -147,6 +231,8 @@ def choose_clock(table: Table, column: str, wanted: str | None) -> str | None:
     if column in table.clocks:
         return table.clocks[column]
     candidates = [name for name in clock_names(table) if table.columns[name].size == size and name != column]
+    clear = [name for name in candidates if name in table.stamps or _is_clear(unit_of_clock(table, name))]
+    candidates = clear or candidates
     if len(candidates) <= 1:
         return candidates[0] if candidates else None
     mine = set(words(parse_unit(column)[0]))
@@ -167,26 +253,28 @@ def choose_clock(table: Table, column: str, wanted: str | None) -> str | None:
     )
 
 
-def with_time_unit(table: Table, unit: str | None, time: str | None) -> Table:
-    """Table whose clock counts in `unit`: the named time column, else those that name no unit, else all."""
+def with_time_unit(table: Table, unit: str | float | None, time: str | None) -> Table:
+    """Table whose clock counts in `unit`: the named time column, else those that name no known unit, else all."""
     if unit is None:
         return table
-    known = canonical(unit)
-    if known is None or DIMENSION[known] != "time":
+    text = str(unit).strip()
+    text = f"{text} s" if re.fullmatch(r"[\d.,eE+-]+", text) else text
+    if seconds_of(text) is None:
         raise UnitError(
-            f"'{unit}' is no unit of time. Known are {', '.join(TABLE['time'])}: --time-unit ms",
+            f"'{unit}' is no unit of time. Type one of s, ms, us, ns, ps, cs, min, h, d, or how many seconds one count "
+            f"is: --time-unit ms, --time-unit 0.0005",
             unit=unit,
         )
     clocks = [find_column(table, time, "time")] if time is not None else clock_names(table)
     clocks = [name for name in clocks if name not in table.stamps]
-    nameless = [name for name in clocks if not table.units.get(name)]
+    unclear = [name for name in clocks if seconds_of(unit_of_clock(table, name)) is None]
     if not clocks:
         raise TimeError(
-            f"{table.name} has no time column whose unit could be {known}: it has none, or it holds dates. Name the "
+            f"{table.name} has no time column whose unit could be {text}: it has none, or it holds dates. Name the "
             f"column with --time, or leave --time-unit out.",
             unit=unit,
         )
-    return replace(table, units={**table.units, **dict.fromkeys(nameless or clocks, known)})
+    return replace(table, units={**table.units, **dict.fromkeys(unclear or clocks, text)})
 
 
 def refuse_clock(table: Table, name: str, role: str) -> None:
@@ -227,21 +315,49 @@ def same_clock(table: Table, a: str, b: str) -> bool:
 
 
 def unit_finding(table: Table, name: str, stamps: Array) -> list[Finding]:
-    """Say so when the unit of time had to be assumed and the seconds look wrong."""
-    if table.units.get(name) or name in table.stamps:
+    """Say so when the unit of time had to be assumed, or leads to seconds that no log has."""
+    if name in table.stamps or name in table.clocks.values():
         return []
     step = np.diff(stamps[np.isfinite(stamps)])
+    lasts = float(np.abs(np.sum(step)))
     step = step[step > 0]
-    if step.size == 0 or float(np.median(step)) < 1.0 or name in table.clocks.values():
+    if step.size == 0:
+        return []
+    typical = float(np.median(step))
+    unit = unit_of_clock(table, name)
+    scale, is_epoch = counting(table, name)
+    if not unit and scale == DAY:
+        who = _days_of(*_middle(table, name))
+        message = (
+            f"time column '{name}' of {table.name} names no unit; its numbers and its step are those of days as {who} "
+            f"counts them, and it was read as such: one sample every {typical:.3g} s. If they are seconds, type "
+            f"--time-unit s (in Python time_unit='s')."
+        )
+        return [Finding("day-numbers", message)]
+    if unit:
+        if typical >= SHORTEST[1] and lasts <= LONGEST:
+            return []
+        message = (
+            f"time column '{name}' of {table.name} is in {unit} by its name, which makes one sample every "
+            f"{typical:.3g} s and a log of {lasts:.3g} s. If that is not so, type the unit, such as --time-unit ms "
+            f"(in Python time_unit='ms'), or how many seconds one count is, such as --time-unit 0.001."
+        )
+        return [Finding("time-unit", message)]
+    if SHORTEST[0] <= typical < 1.0 or (is_epoch and typical < 1.0):
         return []
     return [
         Finding(
             "time-unit",
             f"time column '{name}' of {table.name} names no unit and was read as seconds, one sample every "
-            f"{float(np.median(step)):.3g} s. If these are milliseconds, type --time-unit ms (in Python "
+            f"{typical:.3g} s. If these are milliseconds, type --time-unit ms (in Python "
             f"time_unit='ms'), or call the column {name}_ms; windows and rates depend on it.",
         )
     ]
+
+
+def _middle(table: Table, name: str) -> tuple[Array, float]:
+    good = measured(table.columns[name])
+    return good, float(np.median(good))
 
 
 def two_columns(table: Table, input: str, output: str) -> tuple[str, str]:

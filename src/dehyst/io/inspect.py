@@ -142,7 +142,7 @@ class LogSummary:
     findings: tuple[Finding, ...]
 
 
-def inspect_log(path: PathLike, run: str | None = None, *, time_unit: str | None = None) -> LogSummary:
+def inspect_log(path: PathLike, run: str | None = None, *, time_unit: str | float | None = None) -> LogSummary:
     """Look at a log without deciding anything.
 
     Parameters
@@ -152,7 +152,8 @@ def inspect_log(path: PathLike, run: str | None = None, *, time_unit: str | None
     run
         Run to look at; by default the first.
     time_unit
-        Unit of the time column, for example ``"ms"``, where its name does not tell; by default seconds.
+        Unit of the time column, for example ``"ms"``, or how many seconds one count is, where its name does not tell;
+        by default seconds.
 
     Raises
     ------
@@ -274,7 +275,12 @@ def _sampling(table: Table, signal: str | None, rows: dict[str, Array], clocks: 
 
 
 def _command(
-    path: PathLike, x: str | None, y: str | None, run: str | None, time_unit: str | None, findings: tuple[Finding, ...]
+    path: PathLike,
+    x: str | None,
+    y: str | None,
+    run: str | None,
+    time_unit: str | float | None,
+    findings: tuple[Finding, ...],
 ) -> str:
     if x is None or y is None:
         return ""
@@ -284,7 +290,7 @@ def _command(
     if run is not None:
         parts += ["--run", run]
     if time_unit is not None:
-        parts += ["--time-unit", time_unit]
+        parts += ["--time-unit", str(time_unit)]
     if any("--train-fraction 1" in finding.message for finding in findings):  # a single loop
         parts += ["--train-fraction", "1"]
     return typed(parts)

@@ -96,7 +96,7 @@ def read_log(
     run: str | None = None,
     start: float | None = None,
     stop: float | None = None,
-    time_unit: str | None = None,
+    time_unit: str | float | None = None,
 ) -> Recording:
     """Read input and output of an actuator from a log file.
 
@@ -115,7 +115,8 @@ def read_log(
         Window ``start <= t < stop`` in the log's own time; date-times and epochs count from the first sample of the
         run. [s]
     time_unit
-        Unit of the time column, for example ``"ms"``, where its name does not tell; by default seconds.
+        Unit of the time column, for example ``"ms"``, or how many seconds one count is, where its name does not tell;
+        by default seconds.
 
     Returns
     -------
@@ -174,7 +175,7 @@ def read_signal(
     run: str | None = None,
     start: float | None = None,
     stop: float | None = None,
-    time_unit: str | None = None,
+    time_unit: str | float | None = None,
     missing: Literal["hold", "drop"] = "hold",
 ) -> Signal:
     """Read one column of a log, for simulation or as a reference to follow.
@@ -226,7 +227,7 @@ def read_columns(
     run: str | None = None,
     start: float | None = None,
     stop: float | None = None,
-    time_unit: str | None = None,
+    time_unit: str | float | None = None,
 ) -> Columns:
     """Read columns of a log that belong together row by row.
 

@@ -15,7 +15,7 @@ from dehyst.errors import ColumnError, RecordingError, TimeError
 from dehyst.findings import Finding
 from dehyst.io.checks import check_pair
 from dehyst.io.clean import Context, Samples, drop_outliers, drop_unmeasured, find_gaps, hold_unmeasured
-from dehyst.io.clocks import choose_clock, clock_names, same_clock, seconds, unit_finding
+from dehyst.io.clocks import choose_clock, clock_names, require_unit, same_clock, seconds, unit_finding
 from dehyst.io.columns import find_column, select_run
 from dehyst.io.order import order_time
 from dehyst.io.table import Table, finite
@@ -128,6 +128,7 @@ def samples_of(
     part = Table(table.name, columns, table.units, table.rows, clocks=table.clocks, stamps=table.stamps)
     stamps: Array | None = None
     if clock:
+        require_unit(part, clock)
         stamps, origin = seconds(part, clock)
         stamps = stamps + origin if shift else stamps
         about.findings.extend(f for f in unit_finding(part, clock, stamps) if f not in about.findings)
