@@ -159,7 +159,9 @@ def test_several_logs_and_several_runs_are_fitted_together(run, folder, tmp_path
     assert run("identify", tmp_path / "runs.csv", "--run", "a", "--run", "c", *tail)[0] == 0
     logs = dehyst.load_model(target).card.provenance["logs"]
     assert [log["run"] for log in logs] == ["a", "c"]
-    assert run("identify", folder / "log.csv", folder / "log.csv", *tail, "--overwrite")[0] == 0
+    other = tmp_path / "other.csv"
+    write_csv(other, {"time_s": rec.time, PRESSURE: rec.input, ANGLE: rec.output + 0.01 * np.sin(7.0 * rec.time)})
+    assert run("identify", folder / "log.csv", other, *tail, "--overwrite")[0] == 0
     assert len(dehyst.load_model(target).card.provenance["logs"]) == 2
     status, _, err = run("identify", tmp_path / "runs.csv", *tail, "--overwrite")
     assert status == 2 and err.startswith("RunError") and "--run" in err

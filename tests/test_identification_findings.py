@@ -199,7 +199,8 @@ def test_the_verdict_follows_the_warnings():
 def test_findings_of_the_log_come_first_and_once():
     note = dehyst.Finding("gap", "no samples between 1 s and 2 s")
     rec = clean().with_findings(note, note)
-    fit = dehyst.identify([rec, rec], train_fraction=1)
+    other = dehyst.Recording(rec.input, rec.output + noise(len(rec), 0.01), rec.time, findings=rec.findings)
+    fit = dehyst.identify([rec, other], train_fraction=1)
     assert [finding.code for finding in fit.warnings].count("gap") == 1
     assert fit.warnings[0] == note
 

@@ -88,7 +88,7 @@ def test_the_line_that_is_shown_makes_a_recording():
 
 
 def test_a_generator_of_recordings_is_a_list_of_them():
-    fit = dehyst.identify((dehyst.Recording(U, Y + k) for k in (0, 0)), "pi")
+    fit = dehyst.identify((dehyst.Recording(U, Y + k) for k in (0, 1)), "pi")
     assert fit.model.family == "pi"
 
 

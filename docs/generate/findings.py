@@ -247,6 +247,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "The same for the output: the sensor is slower than the log.",
             "Use an interpolated column if there is one, or log it faster.",
         ),
+        "repeated-samples": (
+            "A stretch of the log repeats an earlier one to the last digit, in signals with noise: the file was joined "
+            "with its copy, or a block was sent twice. It counts once. Two recordings that share samples are refused.",
+            "Remove the copy.",
+        ),
         "saturated-output": (
             "The output stands at its extreme value in more than {STUCK_SHARE:%} of the samples while "
             "the input still pushes outward: end of the sensor's range, or a mechanical stop.",

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from dehyst.data.recording import Recording, require_recordings, takes_recordings
+from dehyst.data.repeats import counted_once
 from dehyst.errors import DehystError, IdentificationError, ParameterError
 from dehyst.families.base import LoopModel
 from dehyst.families.choice import Candidate as SumCandidate
@@ -104,7 +105,8 @@ def identify(
     >>> fit.family, round(fit.test.rmse_percent, 1), round(fit.input_test.rms_percent, 1)
     ('full-sum', 0.1, 0.1)
     """
-    recordings = require_recordings(recordings)  # before the family: identify(u, y) makes an array of it
+    # Before the family: identify(u, y) makes an array of it.
+    recordings = tuple(map(counted_once, require_recordings(recordings)))
     if purpose not in PURPOSES:
         raise ParameterError(f"purpose = {purpose!r:.40}; it is one of {', '.join(PURPOSES)}.", purpose=purpose)
     known = ("auto", *FAMILIES, STATIC, DIRECT, *dict.fromkeys((*MODULES, *ROWS)))

@@ -12,7 +12,8 @@ import numpy.typing as npt
 
 from dehyst.arrays import Array, rank
 from dehyst.data.plotted import Plotted
-from dehyst.data.recording import Recording, takes_recordings
+from dehyst.data.recording import Recording, require_recordings, takes_recordings
+from dehyst.data.repeats import counted_once
 from dehyst.errors import DehystError, ParameterError
 from dehyst.families.best import best_fit
 from dehyst.families.fitting import FamilyFit, Judge, fit_one, training_of_log
@@ -212,7 +213,7 @@ def compare(
     """
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
         raise ParameterError(f"seed = {seed!r:.40} must be a whole number from 0 on.", seed=seed)
-    records = check_recordings(recordings)
+    records = check_recordings(tuple(map(counted_once, require_recordings(recordings))))
     every = tuple(name for name in all_names() if name != BEST)  # the best row stands among the rows
     wanted = tuple(dict.fromkeys(families)) if families is not None else every
     unknown = [name for name in wanted if name not in all_names()]

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.data.recording import Recording, takes_recordings
+from dehyst.data.recording import Recording, require_recordings, takes_recordings
+from dehyst.data.repeats import counted_once
 from dehyst.errors import IdentificationError
 from dehyst.families.base import LoopModel
 from dehyst.families.inversion import first_input
@@ -255,7 +256,7 @@ def identify_family(
     >>> bool(fit.test.rmse_percent < 0.5)
     True
     """
-    log = prepared(check_recordings(recordings), train_fraction)
+    log = prepared(check_recordings(tuple(map(counted_once, require_recordings(recordings)))), train_fraction)
     with single_blas():
         training, records, data = training_of_log(log, seed), log.records, log.data
         return fit_one(name, Judge(records, parts(records, data, "zero"), data.output_range), data, training)

@@ -12,7 +12,8 @@ import numpy.typing as npt
 
 import dehyst._native as _native
 from dehyst.arrays import Array, rank
-from dehyst.data.recording import Recording, takes_recordings
+from dehyst.data.recording import Recording, require_recordings, takes_recordings
+from dehyst.data.repeats import counted_once
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification.data import DataSet, prepare
 from dehyst.identification.families import Estimate, build_model
@@ -187,7 +188,7 @@ def cross_validate(
     >>> table.best().n, table.best().initial_state
     (4, 'zero')
     """
-    records = check_recordings(recordings)
+    records = check_recordings(tuple(map(counted_once, require_recordings(recordings))))
     sample_weights = check_weights(weights, records)
     split = split_recordings(records, train_fraction, sample_weights)
     for name, listed in (("families", families), ("n", n), ("powers", powers), ("shear", shear), ("starts", starts)):

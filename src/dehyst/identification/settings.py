@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from dehyst.arrays import Array
 from dehyst.data.recording import Recording, require_recordings
+from dehyst.data.repeats import refuse_repeated
 from dehyst.errors import ParameterError
 from dehyst.identification.data import DataSet
 from dehyst.identification.families import FAMILIES, STATIC
@@ -25,7 +26,7 @@ AUTO = "auto"
 
 
 def check_recordings(recordings: Recording | Sequence[Recording]) -> tuple[Recording, ...]:
-    """Return the recordings as a tuple, their outliers left out; refuse anything else, and different units."""
+    """Return the recordings as a tuple, their outliers left out; refuse anything else, different units, and copies."""
     records = require_recordings(recordings)
     units = {(record.input_unit, record.output_unit) for record in records}
     if len(units) > 1:
@@ -34,6 +35,8 @@ def check_recordings(recordings: Recording | Sequence[Recording]) -> tuple[Recor
             f"Convert them first.",
             units=units,
         )
+    if len(records) > 1:
+        refuse_repeated(records)
     return tuple(map(mended, records))
 
 

@@ -13,6 +13,7 @@ from dehyst.arrays import Array, rank
 from dehyst.data.loops import turning_points
 from dehyst.data.ranges import robust_range
 from dehyst.data.recording import Recording, require_recordings, takes_recordings
+from dehyst.data.repeats import counted_once, refuse_repeated
 from dehyst.errors import DehystError, ParameterError
 from dehyst.findings import Finding, Grade, grade_of
 from dehyst.identification.certify import GOOD_PERCENT
@@ -216,7 +217,9 @@ def evaluate(
     ('plays', 0.0, -0.03)
     """
     named = _named(models)
-    records = tuple(map(mended, require_recordings(recordings)))
+    records = require_recordings(recordings)
+    refuse_repeated(records)
+    records = tuple(mended(counted_once(record)) for record in records)
     given: list[dict[str, Array]] = [{} for _ in records]
     for name, values in signals.items():
         for held, array in zip(given, check_given(name, values, records), strict=True):

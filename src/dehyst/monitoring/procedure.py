@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from dehyst.arrays import Array
 from dehyst.data.recording import Recording, require_recordings, takes_recordings
+from dehyst.data.repeats import refuse_repeated
 from dehyst.errors import DehystError, ParameterError
 from dehyst.families import identify
 from dehyst.findings import Finding
@@ -258,7 +259,9 @@ def drift(
             f"model is a {type(model).__name__}, which cannot be taken apart into loop, curve and creep. drift() takes "
             f"plays, sums of elements and direct inverses: identify one from the same log, dehyst.identify(log)."
         )
-    records = tuple(mended(record, cut=False) for record in require_recordings(recordings))
+    records = require_recordings(recordings)
+    refuse_repeated(records)
+    records = tuple(mended(record, cut=False) for record in records)
     rate = parameter_number(false_alarm, "false_alarm")
     if not 0.0 < rate <= HIGHEST_FALSE_ALARM:
         raise ParameterError(
