@@ -18,7 +18,9 @@ import pytest
 
 import dehyst
 from dehyst.errors import ModelFileError, ParameterError
-from dehyst.io.live import Names, Skipped, follow, mqtt, opcua
+from dehyst.io.live import Names, Notice, Skipped, follow
+from dehyst.io.mqtt import Messages, mqtt
+from dehyst.io.opcua import opcua
 from dehyst.monitoring.watch import MOST, Watch
 
 MODEL = dehyst.PrandtlIshlinskii([0.0, 0.3, 0.6], [1.0, 0.5, 0.4])
@@ -120,11 +122,12 @@ def test_a_log_that_grows_is_followed_over_torn_lines_and_a_new_file(tmp_path):
         stream.write("8\n\nbroken line\n1,0;10,5;20\n")
     assert taken(source, 2) == [(0.9, 9.5, 18.0), (1.0, 10.5, 20.0)]
     log.unlink()
-    log.write_text("angle,p\n1,2\n3,4\n5,6\n")
-    assert taken(source, 3) == [(12.0, 2.0, 1.0), (13.0, 4.0, 3.0), (14.0, 6.0, 5.0)]
+    log.write_text("angle,p\n" + "".join(f"{k},{2 * k}\n" for k in range(8)))
+    assert taken(source, 8) == [(12.0 + k, 2.0 * k, float(k)) for k in range(8)]  # there is no time: lines are counted
     with log.open("a") as stream:
         stream.write("7,#ERR\n8,\n")
     assert next(source) == Skipped(2, "8,")
+    assert next(source) is None
 
 
 def port():
@@ -218,26 +221,34 @@ def test_nothing_is_lost_when_the_broker_or_this_side_goes_away(broker, tmp_path
     sender.loop_stop()
 
 
-def test_what_is_no_message_is_handed_on_as_skipped_and_lists_are_samples():
-    from dehyst.io.live import _rows_of
+def read(payload, messages=None, arrived=5.0):
+    """Rows of a message, and how much of it is left out."""
+    messages = messages or Messages(Names("p", "a"))
+    batch, skipped, _ = messages.read(payload if isinstance(payload, bytes) else payload.encode(), arrived)
+    return [tuple(map(float, row)) for row in zip(*batch, strict=True)], len(skipped)
 
-    names = Names("p", "a")
-    assert _rows_of(b"\xff{", names, 5.0) == ([], ["\ufffd{"])
+
+def test_what_is_no_message_is_handed_on_as_skipped_and_lists_are_samples():
     for none in (
+        b"\xff{",
         '{"p": 1}',
         '"x"',
         '{"p": 1, "a": 1' + "0" * 400 + "}",
         '{"p": true, "a": 1}',
         '{"p": [1, 2], "a": [1, 2, 3]}',
+        '{"p": 1, "a": 2, "p": 3}',
+        '{"p": "1", "a": 2}',
+        "[" * 100_000,
+        '{"p": 1, "a": ' * 5000,
     ):
-        assert _rows_of(none.encode(), names, 5.0) == ([], [none])
-    assert _rows_of(b'{"p": 1, "a": 2}', names, 5.0) == ([(5.0, 1.0, 2.0)], [])
+        assert read(none) == ([], 1)
+    assert read('{"p": 1, "a": 2}') == ([(5.0, 1.0, 2.0)], 0)
     half = '{"time": [0, 1], "p": [1, 2], "a": [3, null]}'
-    assert _rows_of(f"[{half}]".encode(), names, 5.0) == ([(0.0, 1.0, 3.0)], [half])
+    assert read(f"[{half}]") == ([(0.0, 1.0, 3.0)], 1)
 
 
 def test_the_command_says_how_many_lines_hold_no_numbers(tmp_path):
-    (tmp_path / "log.csv").write_text("time_s,input,output\n0,0,0\n1,1,1\n2,2,2\n3,ERR,1\n4,,2\n5,1,1\n")
+    (tmp_path / "log.csv").write_text("time_s,input,output\n0,0,0\n1,1,1\n2,2,2\n3,ERR,1\n4,,2\n5,1,1\n6,2,2\n7,1,1\n")
     said = command(tmp_path, "--follow", "log.csv", "--until-silent", "0.1").stderr
     assert "2 samples lack a number, the last is '4,,2'; they are left out, like a gap" in said
     assert "Expected are lines with the columns 'input' and 'output' in log.csv." in said
@@ -348,10 +359,10 @@ def test_the_command_says_at_once_what_it_watches_and_an_alarm_is_a_sentence(tmp
 
 @pytest.mark.slow
 def test_the_command_says_where_its_state_is_and_whether_it_goes_on(tmp_path):
-    (tmp_path / "log.csv").write_text("time_s,input,output\n0,0,0\n1,1,1\n")
+    (tmp_path / "log.csv").write_text("time_s,input,output\n" + "".join(f"{k},{k},{k}\n" for k in range(8)))
     watch = ("--follow", "log.csv", "--until-silent", "0.1", "--state", "kept")
-    assert command(tmp_path, *watch).stderr.endswith("state: kept, written every 2 s\nstop with Ctrl-C\n")
-    assert "written every 2 s, goes on after 2 kept samples\n" in command(tmp_path, *watch).stderr
+    assert "state: kept, written every 2 s\nstop with Ctrl-C\n" in command(tmp_path, *watch).stderr
+    assert "written every 2 s, goes on after 8 kept samples\n" in command(tmp_path, *watch).stderr
 
 
 def test_two_sources_or_none_are_refused(tmp_path):

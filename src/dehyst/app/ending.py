@@ -30,7 +30,7 @@ class Status(IntEnum):
     Examples
     --------
     >>> int(Status.NO), Status.NO.meaning
-    (1, 'the check says no: `verify` does not sign off, `drift` found a change, `evaluate` no model to run')
+    (1, 'the check says no: `verify` does not sign off, `drift` or `watch` found a change, `evaluate` no model to run')
     """
 
     meaning: str
@@ -42,11 +42,14 @@ class Status(IntEnum):
         status.meaning = meaning
         return status
 
-    DONE = 0, "the command did its work; a check says yes: `verify` signed off, `drift` found no change"
-    NO = 1, "the check says no: `verify` does not sign off, `drift` found a change, `evaluate` no model to run"
+    DONE = 0, "the command did its work; a check says yes: `verify` signed off, `drift` or `watch` found no change"
+    NO = (
+        1,
+        "the check says no: `verify` does not sign off, `drift` or `watch` found a change, `evaluate` no model to run",
+    )
     REFUSED = 2, "refused, nothing was overwritten: the message on the error stream says why and what to type"
-    NOT_COMPARABLE = 3, "`drift` has nothing to compare"
-    CANNOT_TELL = 4, "`drift` cannot tell: the logs do not decide whether something changed"
+    NOT_COMPARABLE = 3, "`drift` has nothing to compare; `watch` ended without a report, or with such a one"
+    CANNOT_TELL = 4, "`drift`, or the last report of `watch`, cannot tell whether something changed"
     LOST = 5, "the result could not be printed: the disk of the standard output is full, or it is closed"
     DEFECT = 70, "a defect of dehyst itself: please report the traceback"
     STOPPED = 130, "stopped with Ctrl-C; every file is as it was before or complete"

@@ -279,6 +279,7 @@ class WatchRequest:
     input: str | None = option(INPUT)
     output: str | None = option(OUTPUT)
     time: str | None = option()
+    time_unit: str | None = option()
     cycles: int = option("Last cycles that a report is about.", 24)
     every: int = option("Cycles from one report to the next.", 6)
     false_alarm: float = option("Probability of a false alarm in one report.", 0.001)

@@ -8,11 +8,14 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 
+from dehyst.app.drift import ENDS
 from dehyst.app.ending import Status, concluding
 from dehyst.app.requests import WatchRequest
 from dehyst.app.terminal import tell
 from dehyst.errors import ParameterError
-from dehyst.io.live import Arrival, Names, Skipped, follow, mqtt, opcua
+from dehyst.io.live import Arrival, Names, Notice, Skipped, follow
+from dehyst.io.mqtt import mqtt
+from dehyst.io.opcua import opcua
 from dehyst.models import load
 from dehyst.monitoring.parts import NAMES
 from dehyst.monitoring.watch import LEAST, Report, Watch
@@ -40,43 +43,82 @@ def run_watch(request: WatchRequest) -> None:
         model, cycles=request.cycles, every=request.every, state=request.state,
         false_alarm=request.false_alarm, least=request.least, ignore=request.ignore,
     )  # fmt: skip
-    names = Names(request.input or model.card.input.name, request.output or model.card.output.name, request.time)
+    names = Names(
+        request.input or model.card.input.name, request.output or model.card.output.name, request.time,
+        request.time_unit, (model.card.input, model.card.output),
+    )  # fmt: skip
     samples, publish = _source(request, names)
     source, expected = _described(request, names)
     tell(_beginning(request, watch, source))
     signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
-    status, kept, heard, asked = Status.DONE, time.monotonic(), time.monotonic(), False
-    skipped, told = 0, -SILENCE
+    answer, samples_read = "", 0
+    last_saving = last_sample = time.monotonic()
+    is_asked = False
+    left_out = _LeftOut(expected)
     try:
-        for batch in samples:
+        for arrival in samples:
             now = time.monotonic()
-            if isinstance(batch, Skipped):
-                skipped += batch.count
-                if now - told > SILENCE:
-                    tell(
-                        f"{skipped} samples lack a number, the last is {batch.last!r:.80}; they are left out, like a "
-                        f"gap in the log. Expected are {expected}."
-                    )
-                    skipped, told = 0, now
-            elif batch is not None:
-                heard, asked = now, False
-                for report in watch.feed(*batch):
+            if isinstance(arrival, Notice):
+                tell(arrival.text)
+            elif isinstance(arrival, Skipped):
+                left_out.add(arrival)
+            elif arrival is not None:
+                last_sample, is_asked = now, False
+                samples_read += len(arrival[0])
+                for report in watch.feed(*arrival):
                     _say(report, request.json)
                     if report.alarm:
                         publish(json.dumps(report.as_dict()))
-                    status = Status.NO if report.status == "drifted" else Status.DONE
-            if now - kept > KEEP:
+                    answer = report.status
+            left_out.tell(now, watch.strange)
+            if now - last_saving > KEEP:
                 watch.save()
-                kept = now
-            if now - heard > SILENCE and not asked:
+                last_saving = now
+            if now - last_sample > SILENCE and not is_asked:
                 tell(f"nothing has come for {SILENCE:.0f} s; waiting for {expected}")
-                asked = True
-            if request.until_silent is not None and now - heard > request.until_silent:
+                is_asked = True
+            if request.until_silent is not None and now - last_sample > request.until_silent:
                 break
     finally:
         watch.save()
-    with concluding(status):
+    if not answer:
+        tell(
+            f"no report: {samples_read} samples came, {left_out.total + watch.strange} were left out, and a report "
+            f"needs {LEAST} whole cycles. Nothing was judged."
+        )
+    with concluding(ENDS[answer][0] if answer else Status.NOT_COMPARABLE):
         pass
+
+
+class _LeftOut:
+    """Counts what holds no sample, and says so now and then."""
+
+    def __init__(self, expected: str) -> None:
+        self.total = 0
+        self._expected, self._said, self._strange, self._when = expected, 0, 0, -SILENCE
+        self._last = Skipped(0, "")
+
+    def add(self, skipped: Skipped) -> None:
+        """Count what was skipped."""
+        self.total += skipped.count
+        self._last = skipped
+
+    def tell(self, now: float, strange: int) -> None:
+        """Say what is new, not more often than every 10 s; `strange` samples stand apart from those around them."""
+        if now - self._when <= SILENCE or (self.total, strange) == (self._said, self._strange):
+            return
+        if self.total > self._said:
+            why = f" ({self._last.why})" if self._last.why else ""
+            tell(
+                f"{self.total - self._said} samples lack a number, the last is {self._last.last!r:.80}{why}; they are "
+                f"left out, like a gap in the log. Expected are {self._expected}."
+            )
+        if strange > self._strange:
+            tell(
+                f"{strange - self._strange} samples stand apart from those before and after them, back in time or far "
+                f"beyond the range of the model; they are left out. Look at what sends them."
+            )
+        self._said, self._strange, self._when = self.total, strange, now
 
 
 def _described(request: WatchRequest, names: Names) -> tuple[str, str]:

@@ -28,6 +28,7 @@ _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?", re.ASCII)
 _COMMA_NUMBER = re.compile(r"[+-]?(?:\d+,\d*|,\d+)(?:[eEdD][+-]?\d+)?", re.ASCII)
 _THOUSANDS_POINT = re.compile(r"[+-]?\d{1,3}(?:\.\d{3})+,\d*", re.ASCII)
 _THOUSANDS_COMMA = re.compile(r"[+-]?\d{1,3}(?:,\d{3})+\.\d*", re.ASCII)
+HOLDS_TEXT = "holds text in"  # by which who reads line by line knows a refusal that does not concern it
 _INFINITE = frozenset(["inf", "+inf", "-inf", "infinity", "+infinity", "-infinity", "1.#inf", "-1.#inf"])
 _DATE_TIME = re.compile(r"\d{4}-\d\d-\d\d([T ]\d\d:\d\d(:\d\d([.,]\d+)?)?)?( ?(Z|UTC|[+-]\d\d:?\d\d))?", re.ASCII)
 # 2024/03/05, 05.03.2024 or 3/5/24 before a time of day; a date by itself only with points and a whole year.
@@ -276,7 +277,7 @@ def text_refusal(column: str, log: str, cells: Sequence[str], rows: Rows) -> str
     examples = " and ".join(f"{cells[k][:30]!r} ({list_rows(rows[[k]])})" for k in sorted(kinds.values())[:2])
     filled = sum(bool(cell) for cell in cells)
     return (
-        f"column '{column}' of {log} holds text in {len(where)} of {filled} cells, such as {examples}. Without these "
+        f"column '{column}' of {log} {HOLDS_TEXT} {len(where)} of {filled} cells, such as {examples}. Without these "
         f"rows much of the loop would be lost, so it is not read. Write them as plain numbers, or empty the cells in "
         f"which nothing was measured."
     )

@@ -1,322 +1,328 @@
-"""Samples as they come: lines that are added to a text log, messages of an MQTT broker, values of an OPC UA server.
+"""Samples as they come: what every source hands on, and lines that are added to a text log.
 
-Each source is a generator of arrays (time, input, output), of `Skipped` where a number is missing, and of None now and
-then while nothing comes, so that its reader can do other work. A source outlives the other side: it waits and connects
-again.
+A source is a generator of arrays (time, input, output), of `Skipped` where a number is missing, of `Notice` for what
+its user must know, and of None now and then, so that its reader can do other work. A source outlives the other side: it
+waits and connects again. What is read is what `dehyst.read_log` would read: columns by their names with or without
+units, values in the model's units, stamps in seconds.
 """
 
 from __future__ import annotations
 
-import asyncio
-import json
-import math
 import os
-import queue
-import sys
-import threading
 import time as clock
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-from urllib.parse import urlsplit
+from typing import BinaryIO
+from urllib.parse import unquote, urlsplit
 
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.errors import ColumnError, LogError, ParameterError
-from dehyst.io.cells import comma_number, number
-from dehyst.io.clocks import clock_names
-from dehyst.io.columns import find_column
-from dehyst.io.delimited import read_delimited
-from dehyst.io.foreign import optional
-from dehyst.io.layout import find_layout, is_comment, split_line
-from dehyst.io.text import decode
+from dehyst.errors import ColumnError, LogError, ParameterError, TimeError
+from dehyst.io.cells import HOLDS_TEXT, comma_number, date_order, parse_date_times, parse_numbers, with_unit
+from dehyst.io.clocks import TIME_WORDS, choose_clock, counting, in_seconds, seconds, two_columns, unit_finding
+from dehyst.io.clocks import with_time_unit as with_unit_of_time
+from dehyst.io.delimited import layout_of, read_delimited
+from dehyst.io.layout import Layout, find_layout, is_comment, split_line
+from dehyst.io.table import Table, finite, measured
+from dehyst.io.text import open_text
+from dehyst.models.card import SignalCard, in_units_of
+from dehyst.units import DIMENSION, parse_unit, words
 
 Batch = tuple[Array, Array, Array]
 PAUSE = 0.2  # seconds between two looks
-HEAD = 1 << 16  # bytes by which columns are found
+HEAD = 1 << 16  # bytes in which a table must show
+BLOCK = 1 << 20  # bytes that are read at a time
+LONGEST_LINE = 1 << 20  # bytes; what has no end before is no line of a log
+LEAST_ROWS = 8  # by which columns are judged: fewer do not tell whether a nameless column is a clock
+SHOWN = 200  # characters that are kept of what holds no numbers
 PASSWORD = "DEHYST_PASSWORD"  # variable of the environment: a command line can be read by others
+HIGHEST_PORT = 65535
 
 
 @dataclass(frozen=True)
 class Skipped:
-    """Lines, messages or values that hold no numbers, and the last of them."""
+    """Lines, messages or values that hold no sample, the last of them, and what is wrong with it."""
 
     count: int
     last: str
+    why: str = ""
 
 
-Arrival = Batch | Skipped | None
+@dataclass(frozen=True)
+class Notice:
+    """What is to be said once, in a sentence."""
+
+    text: str
+
+
+Arrival = Batch | Skipped | Notice | None
 
 
 @dataclass(frozen=True)
 class Names:
-    """What the signals are called at the source; `time` is None where the source tells or arrival counts."""
+    """What the signals are called at the source.
+
+    `time` is None where the source tells or arrival counts; `time_unit` is that of a time whose name does not tell.
+    `cards` are the model's signals, into whose units the values are converted; None: they stay as they come.
+    """
 
     input: str
     output: str
     time: str | None = None
+    time_unit: str | None = None
+    cards: tuple[SignalCard, SignalCard] | None = None
+
+    def converted(self, role: int, values: Array, unit: str, column: str) -> tuple[Array, list[str]]:
+        """Return values of the input (0) or the output (1) in the model's unit, and what is to be said.
+
+        Raises
+        ------
+        UnitError
+            If the unit cannot be turned into the model's.
+        """
+        if self.cards is None:
+            return values, []
+        changed, findings = in_units_of(self.cards[role], values, unit, column)
+        return changed, [finding.message for finding in findings]
 
 
-def _batch(rows: Sequence[tuple[float, float, float]]) -> Batch:
-    table = np.array(rows, dtype=np.float64).reshape(-1, 3)
-    return table[:, 0], table[:, 1], table[:, 2]
+@dataclass(frozen=True)
+class Address:
+    """Parts of the address of a broker or a server."""
+
+    scheme: str
+    user: str
+    host: str
+    port: int | None
+    path: str  # all that follows the first slash, as it stands
 
 
-def _arrivals(rows: Sequence[tuple[float, float, float]], skipped: Sequence[str]) -> Iterator[Arrival]:
-    """What is yielded of a piece."""
+def address_of(url: str, schemes: Sequence[str], example: str) -> Address:
+    """Take an address apart; one that cannot be meant is refused with an example.
+
+    Examples
+    --------
+    >>> address_of("mqtt://rig@broker:1884/plant/a?b", ["mqtt"], "")
+    Address(scheme='mqtt', user='rig', host='broker', port=1884, path='plant/a?b')
+    """
+    scheme, mark, rest = url.partition("://")
+    authority, _, path = rest.partition("/")
+    why = ""
+    try:
+        parts = urlsplit(f"//{authority}")
+        host, port = parts.hostname or "", parts.port
+        host.encode("idna")
+    except ValueError as fault:
+        host, port, why = "", None, f" ({fault!s:.80})"
+    if not mark or scheme not in schemes or not host or port == 0:
+        raise ParameterError(f"{url!r:.80} is no address that can be listened to{why}. Type {example}.", url=url)
+    if parts.password is not None:
+        raise ParameterError(
+            f"the address of {host} holds a password, which every user of this machine can read in the list of "
+            f"processes. Leave it out, and put it into the variable {PASSWORD}.",
+            host=host,
+        )
+    return Address(scheme, unquote(parts.username or ""), host, port, path)
+
+
+def arrivals(times: Array, x: Array, y: Array, skipped: Sequence[str], why: str = "") -> Iterator[Arrival]:
+    """What is yielded of a piece: never nothing, so that the reader can look at its clock."""
     if skipped:
-        yield Skipped(len(skipped), skipped[-1])
-    if rows:
-        yield _batch(rows)
+        yield Skipped(len(skipped), skipped[-1][:SHOWN], why)
+    yield (times, x, y) if times.size else None
 
 
 def follow(path: Path, names: Names) -> Iterator[Arrival]:
     """Lines of a text log, those that are there and those that are added; a file that begins anew is read anew."""
-    while not path.exists() or path.stat().st_size == 0:
+    stream = _opened(path)
+    while stream is None:
         yield None
         clock.sleep(PAUSE)
-    stream, rest, places, count = path.open("rb"), b"", None, 0
+        stream = _opened(path)
+    lines: _Lines | None = None
+    rest, waiting, torn, origin, count = b"", "", False, None, 0
     while True:
-        data = stream.read(1 << 20)
+        data = stream.read(BLOCK)
         if not data:
-            yield None
+            yield Notice(waiting) if waiting else None
+            waiting = ""
             clock.sleep(PAUSE)
-            there = path.stat() if path.exists() else None
-            here = os.fstat(stream.fileno())
-            if there and (there.st_ino != here.st_ino or there.st_size < stream.tell()):
-                stream.close()
-                stream, rest, places = path.open("rb"), b"", None
+            if _began_anew(path, stream):
+                fresh = _opened(path)
+                if fresh is not None:
+                    stream.close()
+                    stream, lines, rest, torn = fresh, None, b"", False
             continue
         rest += data
-        if places is None:
+        if lines is None:
             try:
-                places = _places(rest[:HEAD], path.name, names)
-            except LogError:
+                lines = _Lines.found(rest, path.name, names, origin)
+            except (ColumnError, TimeError):
+                raise
+            except LogError as fault:
                 if len(rest) > HEAD:
                     raise
-                continue  # the header is not whole yet
-            lines = rest.split(b"\n")[places.first :]
-        else:
-            lines = rest.split(b"\n")
-        rest = lines.pop()  # until its end comes
-        rows, skipped = [], []
-        for line in lines:
-            text = line.decode("utf-8", "replace").rstrip("\r")
-            if not text.strip() or is_comment(text):
+                waiting = f"{fault} It is looked at again when more has come."
+            if lines is None:
+                yield None
                 continue
-            row = places.row(text, count)
-            if row is None:
-                skipped.append(text)
-            else:
-                rows.append(row)
-            count += 1
-        yield from _arrivals(rows, skipped)
+            waiting, origin = "", lines.origin
+            for note in lines.notes:
+                yield Notice(note)
+            rest = b"\n".join(rest.split(b"\n")[lines.layout.first :])
+        whole, end, rest = rest.rpartition(b"\n")
+        if torn and end:
+            whole, torn = whole.partition(b"\n")[2], False
+        if len(rest) > LONGEST_LINE:
+            yield Skipped(1, repr(rest[:40]), f"its line has no end within {LONGEST_LINE >> 20} MB")
+            rest, torn = b"", True
+        batch, skipped, passed = lines.read(whole, count)
+        count += passed
+        yield from arrivals(*batch, skipped)
+
+
+def _opened(path: Path) -> BinaryIO | None:
+    """Open a log; None where there is none yet."""
+    try:
+        return path.open("rb") if path.stat().st_size else None
+    except FileNotFoundError:
+        return None
+    except OSError as fault:
+        raise LogError(f"log '{path.name}' cannot be followed: {fault.strerror or fault}.", file=path.name) from None
+
+
+def _began_anew(path: Path, stream: BinaryIO) -> bool:
+    """Whether another file has the name now, or this one has become shorter."""
+    try:
+        there = path.stat()
+    except OSError:
+        return False
+    return there.st_ino != os.fstat(stream.fileno()).st_ino or there.st_size < stream.tell()
 
 
 @dataclass(frozen=True)
-class _Places:
-    """Where the signals stand in a line."""
+class _Lines:
+    """How the lines of a log are read, by its first ones."""
 
-    delimiter: str
-    number: Callable[[str], float | None]
-    columns: tuple[int, int, int]  # time (-1: the number of the line), input, output
-    first: int  # line of data
+    layout: Layout
+    names: Names
+    places: tuple[int, int, int]  # of time (-1: the number of the line), input, output
+    units: tuple[str, str, str]
+    order: str  # of day and month, "" where time is a number
+    scale: float  # unit of time [s]
+    first: float  # stamp from which time counts
+    origin: float | None  # that of the first file, where stamps count from 1970 [s]
+    shift: float  # from this file's first stamp to that [s]
+    columns: tuple[str, str]
+    log: str
+    notes: tuple[str, ...] = ()
 
-    def row(self, text: str, count: int) -> tuple[float, float, float] | None:
-        """Return the numbers of a line, None of one that lacks one of them."""
-        cells = split_line(text, self.delimiter)
-        values = [float(count) if k < 0 else self.number(cells[k]) if k < len(cells) else None for k in self.columns]
-        time, x, y = (math.nan if value is None else value for value in values)
-        return (time, x, y) if math.isfinite(time + x + y) else None
+    @classmethod
+    def found(cls, head: bytes, name: str, names: Names, origin: float | None) -> _Lines | None:
+        """Judge a table by what there is of it; None if that is too little."""
+        whole = head[: head.rfind(b"\n") + 1]
+        if whole.count(b"\n") <= LEAST_ROWS:
+            if len(head) > HEAD:
+                raise LogError(f"the first {len(head) >> 10} kB of log '{name}' hold no lines: it is no text log.")
+            return None
+        table = with_unit_of_time(read_delimited(whole, name), names.time_unit, names.time)
+        if table.rows.size < LEAST_ROWS:
+            return None
+        x, y = two_columns(table, names.input, names.output)
+        timer = choose_clock(table, x, names.time)
+        if timer is None and len(head) <= HEAD and any(map(_is_called_time, table.order)):
+            return None  # its clock has not moved yet
+        for column in (x, y, *([timer] if timer else [])):
+            if HOLDS_TEXT not in table.refused.get(
+                column, HOLDS_TEXT
+            ):  # lines without a number are left out one by one
+                raise ColumnError(table.refused[column], column=column)
+        notes = [finding.message for finding in table.findings]
+        scale, first, order, shift = 1.0, 0.0, "", 0.0
+        text = open_text(whole, name)
+        layout = layout_of(text, name) or find_layout(text.all_lines(), name)
+        if timer is None:
+            notes.append(f"{name} has no time column: its lines are counted, and gaps, rates and creep cannot be seen.")
+        else:
+            stamps, zero = seconds(table, timer)
+            notes += [finding.message for finding in unit_finding(table, timer, stamps)]
+            scale, counts = counting(table, timer)
+            if counts:
+                first = float(measured(table.columns[timer])[0])
+                origin = zero if origin is None else origin
+                shift = zero - origin
+            if timer in table.stamps:
+                order = date_order(_cells(whole, layout, table.order.index(timer)))[0]
+        units = (table.units.get(timer or "", ""), table.label(x)[1], table.label(y)[1])
+        places = tuple(-1 if column is None else table.order.index(column) for column in (timer, x, y))
+        lines = cls(layout, names, places, units, order, scale, first, origin, shift, (x, y), name)  # type: ignore[arg-type]
+        lines._check(table, whole, (timer, x, y))
+        notes += [note for role in (0, 1) for note in lines._converted(role, np.zeros(1))[1]]
+        return cls(**{**vars(lines), "notes": tuple(notes)})
 
+    def _check(self, table: Table, whole: bytes, columns: Sequence[str | None]) -> None:
+        """Refuse a log of which the lines one by one say another thing than the whole."""
+        body = b"\n".join(whole.split(b"\n")[self.layout.first :])
+        raw = self._numbers(body)[0]
+        named = [k for k, column in enumerate(columns) if column is not None]
+        expected = np.array([table.columns[columns[k] or ""] for k in named])
+        expected = expected[:, finite(expected).all(axis=0)]
+        if not np.array_equal(raw[named][:, finite(raw[named]).all(axis=0)], expected):
+            raise LogError(
+                f"log '{self.log}' cannot be followed line by line: a line alone does not tell how its numbers are to "
+                f"be read (separators of thousands, an encoding of two bytes a character or the like). Log plain "
+                f"numbers in UTF-8.",
+                file=self.log,
+            )
 
-def _places(head: bytes, name: str, names: Names) -> _Places:
-    whole = head[: head.rfind(b"\n") + 1]
-    table = read_delimited(whole, name)
-    layout = find_layout(decode(whole, name).splitlines(), name)
-    found = [find_column(table, wanted, role) for wanted, role in ((names.input, "input"), (names.output, "output"))]
-    clocks = [find_column(table, names.time, "time")] if names.time else clock_names(table)[:1]
-    places = [table.order.index(column) for column in (*clocks, *found)]
-    columns = places if clocks else [-1, *places]
-    told = comma_number if layout.decimal_comma else number
-    return _Places(layout.delimiter, told, (columns[0], columns[1], columns[2]), layout.first)
+    def read(self, whole: bytes, count: int) -> tuple[Batch, list[str], int]:
+        """Samples of whole lines in the model's units, lines without one, and how many lines there were."""
+        raw, texts = self._numbers(whole)
+        time = count + np.arange(raw.shape[1], dtype=np.float64)
+        good = finite(raw).all(axis=0)
+        if self.places[0] >= 0:
+            time = in_seconds(raw[0], self.scale, self.first) + self.shift
+        skipped = [texts[k] for k in np.flatnonzero(~good)]
+        x, y = (self._converted(role, raw[1 + role][good])[0] for role in (0, 1))
+        return (time[good], x, y), skipped, raw.shape[1]
 
+    def _converted(self, role: int, values: Array) -> tuple[Array, list[str]]:
+        return self.names.converted(role, values, self.units[1 + role], f"'{self.columns[role]}' of {self.log}")
 
-def mqtt(
-    url: str, names: Names, *, ca: Path | None = None, client: str = "dehyst"
-) -> tuple[Iterator[Arrival], Callable[[str], None]]:
-    """Messages of a topic, and what publishes to TOPIC/alarm.
+    def _numbers(self, whole: bytes) -> tuple[Array, list[str]]:
+        """Time, input and output as they stand in lines, (3, lines), NaN where there is none; and the lines."""
+        texts = [line.decode("utf-8", "replace").strip("\r\0") for line in whole.split(b"\n")]
+        texts = [text for text in texts if not is_comment(text)]
+        nothing = [""] * self.layout.width
+        rows = [split_line(text, self.layout.delimiter) for text in texts]
+        rows = [row if len(row) == self.layout.width else nothing for row in rows]
+        raw = np.zeros((3, len(rows)))
+        for k, place in enumerate(self.places):
+            if place >= 0 and rows:
+                raw[k] = self._column([row[place].strip() for row in rows], k)
+        return raw, texts
 
-    A message is a JSON object with the signals' names, each a number or a list of them, or a list of such objects;
-    ``time`` in seconds, else that of arrival. The session is kept by the broker under the client's name: what is
-    published with QoS 1 while this side is away comes later. Passwords: the variable DEHYST_PASSWORD.
-
-    Parameters
-    ----------
-    url
-        ``mqtt://[user@]host[:port]/topic``, or ``mqtts://`` with TLS.
-    names
-        Keys of the message.
-    ca
-        Certificate of the authority that signed the broker's, for TLS; None: those of the system.
-    client
-        Name of the session.
-
-    Raises
-    ------
-    ParameterError
-        If the URL names no host or topic.
-    """
-    paho = optional("paho.mqtt.client", "watch", url, "listening to", "follow a file: --follow FILE")
-    parts = urlsplit(url)
-    topic = parts.path.lstrip("/")
-    if parts.scheme not in ("mqtt", "mqtts") or not parts.hostname or not topic:
-        raise ParameterError(
-            f"{url!r:.80} names no broker and topic. Type mqtt://HOST/TOPIC, or mqtts://USER@HOST:8883/TOPIC with TLS.",
-            url=url,
-        )
-    inbox: queue.Queue[tuple[float, bytes, bool]] = queue.Queue()
-    link = paho.Client(paho.CallbackAPIVersion.VERSION2, client_id=client, clean_session=False)
-    link.on_connect = lambda c, *_: c.subscribe(topic, qos=1)
-    link.on_message = lambda c, data, message: inbox.put((clock.time(), message.payload, message.dup))
-    link.reconnect_delay_set(1, 30)
-    if parts.username:
-        link.username_pw_set(parts.username, os.environ.get(PASSWORD))
-    if parts.scheme == "mqtts":
-        link.tls_set(ca_certs=None if ca is None else str(ca))
-    link.connect_async(parts.hostname, parts.port or (8883 if parts.scheme == "mqtts" else 1883))
-    link.loop_start()
-
-    def samples() -> Iterator[Arrival]:
-        last = -np.inf
-        try:
-            while True:
-                try:
-                    arrived, payload, again = inbox.get(timeout=PAUSE)
-                except queue.Empty:
-                    yield None
-                    continue
-                rows, skipped = _rows_of(payload, names, arrived)
-                rows = [row for row in rows if row[0] > last] if again else rows  # QoS 1 may deliver twice
-                last = rows[-1][0] if rows else last
-                yield from _arrivals(rows, skipped)
-        finally:
-            link.disconnect()
-            link.loop_stop()
-
-    def publish(text: str) -> None:
-        link.publish(f"{topic}/alarm", text, qos=1, retain=True)
-
-    return samples(), publish
-
-
-def _is_number(value: object) -> bool:
-    """Whether a value of a message is a finite number of double precision, whoever sent it."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
-
-
-def _rows_of(payload: bytes, names: Names, arrived: float) -> tuple[list[tuple[float, float, float]], list[str]]:
-    """Samples of a message, whoever sent it, and what of it holds none."""
-    try:
-        told = json.loads(payload)
-    except ValueError:
-        return [], [payload.decode("utf-8", "replace")]
-    rows: list[tuple[float, float, float]] = []
-    skipped = []
-    for one in told if isinstance(told, list) else [told]:
-        keys = one if isinstance(one, dict) else {}
-        values = (keys.get(names.time or "time", arrived), keys.get(names.input), keys.get(names.output))
-        lists = [value if isinstance(value, list) else [value] for value in values]
-        # Lists of other lengths do not tell which time belongs to which sample.
-        samples = list(zip(*lists, strict=True)) if len({*map(len, lists)}) == 1 else [(None,)]
-        whole = [row for row in samples if all(map(_is_number, row))]
-        rows += [(float(t), float(x), float(y)) for t, x, y in whole]
-        if len(whole) < len(samples):
-            skipped.append(json.dumps(one))
-    return rows, skipped
+    def _column(self, cells: list[str], k: int) -> Array:
+        if k == 0 and self.order:
+            return parse_date_times(cells, self.order)
+        values, bad = parse_numbers(cells, self.layout.decimal_comma)
+        if bad:  # perhaps with its unit beside it
+            pairs = [with_unit(cell) for cell in cells]
+            for place, pair in enumerate(pairs):
+                if pair and pair[1] == self.units[k]:
+                    values[place] = comma_number(pair[0])
+        return values
 
 
-def opcua(endpoint: str, names: Names, *, period: float = 0.01, security: str = "") -> Iterator[Arrival]:
-    """Changes of two nodes by subscription, at the server's own time stamps; the input is held between its changes.
+def _cells(whole: bytes, layout: Layout, place: int) -> list[str]:
+    """Cells of a column in the lines of data."""
+    lines = [line.decode("utf-8", "replace").strip("\r\0") for line in whole.split(b"\n")[layout.first :]]
+    rows = [split_line(line, layout.delimiter) for line in lines if not is_comment(line)]
+    return [row[place] for row in rows if len(row) == layout.width]
 
-    Parameters
-    ----------
-    endpoint
-        ``opc.tcp://[user@]host:port/path``; the password is the variable DEHYST_PASSWORD.
-    names
-        Node ids of input and output, ``ns=2;s=Pressure``.
-    period
-        Sampling interval asked of the server. [s]
-    security
-        ``Policy,Mode,certificate,key[,server certificate]`` as asyncua takes it, ``Basic256Sha256,SignAndEncrypt,...``.
-    """
-    asyncua = optional("asyncua", "watch", endpoint, "listening to", "follow a file: --follow FILE")
-    inbox: queue.Queue[Any] = queue.Queue()
-    stop = threading.Event()
 
-    class Handler:
-        """Takes notifications of changes."""
-
-        def datachange_notification(self, node: Any, value: Any, data: Any) -> None:
-            told = data.monitored_item.Value
-            stamp = told.SourceTimestamp or told.ServerTimestamp
-            inbox.put((node.nodeid.to_string(), clock.time() if stamp is None else stamp.timestamp(), value))
-
-    async def listen() -> None:
-        while not stop.is_set():
-            try:
-                await session()
-            except (TimeoutError, OSError, asyncua.ua.UaError, ConnectionError):
-                await asyncio.sleep(1.0)  # the server is away: it is asked again
-            except Exception as fault:
-                inbox.put(fault)
-                return
-
-    async def session() -> None:
-        parts = urlsplit(endpoint)
-        link = asyncua.Client(endpoint.replace(f"{parts.username}@", "") if parts.username else endpoint)
-        if security:
-            await link.set_security_string(security)
-        if parts.username:
-            link.set_user(parts.username)
-            link.set_password(os.environ.get(PASSWORD, ""))
-        async with link:
-            subscription = await link.create_subscription(1000 * max(period, 0.05), Handler())
-            nodes = [link.get_node(name) for name in (names.input, names.output)]
-            await subscription.subscribe_data_change(nodes, queuesize=1000, sampling_interval=1000 * period)
-            while not stop.is_set():
-                await asyncio.sleep(PAUSE)
-                await link.check_connection()
-
-    thread = threading.Thread(target=lambda: asyncio.run(listen()), daemon=True)
-    thread.start()
-    held: float | None = None
-    try:
-        while True:
-            arrived = []
-            try:
-                arrived.append(inbox.get(timeout=PAUSE))
-                while True:
-                    arrived.append(inbox.get_nowait())
-            except queue.Empty:
-                pass
-            fault = next((each for each in arrived if isinstance(each, Exception)), None)
-            if fault is not None:
-                raise ColumnError(f"{endpoint}: {fault!s:.200}. Check node ids, user and security.") from None
-            rows, skipped = [], []
-            for name, stamp, value in sorted(arrived, key=lambda each: each[1]):
-                told = float(value) if _is_number(value) else None
-                if told is None:
-                    skipped.append(f"{name} = {value!r:.60}")
-                if name == names.input:
-                    held = told
-                elif held is not None and told is not None:
-                    rows.append((stamp, held, told))
-            yield from _arrivals(rows, skipped)
-            if not arrived:
-                yield None
-    finally:
-        stop.set()
-        thread.join(timeout=5.0)
+def _is_called_time(name: str) -> bool:
+    bare, unit = parse_unit(name)
+    return bool(TIME_WORDS & set(words(bare))) or DIMENSION.get(unit) == "time"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from dehyst.arrays import Array
+from dehyst.arrays import Array, Mask
 from dehyst.data.loops import TURN_FRACTION, turning_points
 from dehyst.data.recording import Recording
 from dehyst.errors import DehystError, ModelFileError, ParameterError
@@ -25,6 +26,12 @@ PER_CYCLE = 400  # samples kept of a cycle: a sine keeps its tips to 3e-5 of its
 LEAST = 8  # cycles that a report needs
 MOST = 40_000  # samples kept before cycles are known
 GAP = 20.0  # median steps without a sample: what happened in between is not known
+# Samples that stand apart, back in time or far beyond the range, between samples that follow each other: so many are no
+# restart of a clock and no motion, and are left out.
+ISLAND = 8
+# Ranges of the model beyond its range: no actuator goes there and back within a few samples.
+FAR = 10.0
+COARSE = 0.5  # share of samples with a stamp of their own, below which the clock is coarse and no sample is repeated
 
 
 @dataclass(frozen=True)
@@ -115,6 +122,8 @@ class Watch:
         self._file, self._mark = state, model_to_dict(model)["sha256"]
         self._rows, self._fresh, self._status = np.zeros((0, 3)), 0, ""
         self._stride, self._skipped, self._waiting = 1, 0, 1
+        self._last, self._apart = -math.inf, list[Array]()
+        self.strange = 0  # samples that were left out because they stand apart
         if state is not None and state.exists():
             self._resume(state)
 
@@ -126,15 +135,60 @@ class Watch:
     def feed(self, time: Array, x: Array, y: Array) -> list[Report]:
         """Take samples, each (k,), in their order; return the reports that became due.
 
-        Samples that are not finite are left out. Time that runs backward, as after a restart of its clock, begins a
-        new piece.
+        Samples that are not finite are left out, and a few that stand apart: out of the order of time, or far beyond
+        the model's range, between samples that follow each other. Time that runs backward for longer, as after a
+        restart of its clock, begins a new piece.
         """
         rows = np.column_stack([time, x, y]).astype(np.float64)
         rows = rows[np.isfinite(rows).all(axis=1)]
         reports: list[Report] = []
         for first in range(0, len(rows), PER_CYCLE):  # a long batch is worth as many reports as short ones
-            reports += self._take(rows[first : first + PER_CYCLE])
+            reports += self._take(self._following(rows[first : first + PER_CYCLE]))
         return reports
+
+    def _following(self, rows: Array) -> Array:
+        """Samples that follow those before them; what stands apart waits until it is clear that it goes on."""
+        if not len(rows):
+            return rows
+        near, limit = self._is_near(rows), self._longest_step()
+        with np.errstate(over="ignore", invalid="ignore"):  # times may be anything
+            steps = np.diff(rows[:, 0], prepend=self._last)
+        if not self._apart and near.all() and np.all((steps >= 0) & (steps <= limit)):
+            self._last = float(rows[-1, 0])
+            return rows
+        passed: list[Array] = []
+        for row, is_near in zip(rows, near.tolist(), strict=True):
+            if is_near and 0.0 <= float(row[0]) - self._last <= limit:
+                self._leave_out_apart()
+                passed.append(row)
+                self._last = float(row[0])
+                continue
+            if self._apart and row[0] < self._apart[-1][0]:
+                self._leave_out_apart()
+            self._apart.append(row)
+            if len(self._apart) > ISLAND:
+                passed += self._apart
+                self._last, self._apart = float(row[0]), []
+        return np.array(passed).reshape(-1, 3)
+
+    def _leave_out_apart(self) -> None:
+        self.strange += len(self._apart)
+        self._apart = []
+
+    def _longest_step(self) -> float:
+        """Return the longest step that is no gap, by the samples of about a cycle; endless while there are few."""
+        steps = np.diff(self._rows[-PER_CYCLE:, 0])
+        steps = steps[steps > 0]
+        return GAP * float(np.median(steps)) if steps.size > ISLAND else np.inf
+
+    def _is_near(self, rows: Array) -> Mask:
+        """Whether samples lie within some ranges of the model's; all if it names none."""
+        near = np.ones(len(rows), dtype=bool)
+        for column, card in ((1, self.model.card.input), (2, self.model.card.output)):
+            if card.low is not None and card.high is not None and card.high > card.low:
+                reach = FAR * (card.high - card.low)
+                near &= (rows[:, column] >= card.low - reach) & (rows[:, column] <= card.high + reach)
+        return near
 
     def _take(self, rows: Array) -> list[Report]:
         kept = rows[(self._skipped + np.arange(len(rows))) % self._stride == 0]
@@ -174,7 +228,7 @@ class Watch:
             self._fresh //= factor
 
     def _report(self) -> Report:
-        time, x, y = self._rows.T
+        time, x, y = _spread(self._rows).T
         steps = np.diff(time)
         median = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 1.0
         breaks = tuple((np.flatnonzero((steps <= 0) | (steps > GAP * median)) + 1).tolist())
@@ -222,3 +276,15 @@ class Watch:
                 f"the state '{os.fspath(file)}' is of another model, or damaged. Give another file, or delete this one."
             )
         self._rows, self._status, self._fresh, self._stride = rows, status, fresh, stride
+        self._last = float(rows[-1, 0]) if len(rows) else -math.inf
+
+
+def _spread(rows: Array) -> Array:
+    """Rows whose clock is coarser than they are, at times of their own; of a few that repeat a stamp, the first."""
+    fresh = np.diff(rows[:, 0], prepend=np.nan) != 0.0
+    if np.mean(fresh) > COARSE:
+        return np.array(rows[fresh])
+    first = np.flatnonzero(fresh)
+    whole = np.array(rows[: first[-1] + 1])  # how far apart the last ones are is not known yet
+    whole[:, 0] = np.interp(np.arange(len(whole)), first, rows[first, 0])
+    return whole
