@@ -18,7 +18,7 @@ import pytest
 
 import dehyst
 from dehyst.errors import ModelFileError, ParameterError
-from dehyst.io.live import Names, Notice, Skipped, follow
+from dehyst.io.live import Names, Skipped, follow
 from dehyst.io.mqtt import Messages, mqtt
 from dehyst.io.opcua import opcua
 from dehyst.monitoring.watch import MOST, Watch
