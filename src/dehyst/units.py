@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -16,7 +17,7 @@ from dehyst.errors import UnitError
 
 # dimension -> {canonical spelling: factor to the first unit of the dimension}
 TABLE: dict[str, dict[str, float]] = {
-    "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "bar": 1e5, "mbar": 1e2, "psi": 6894.757293168361},
+    "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "bar": 1e5, "mbar": 1e2, "psi": 6894.757293168361, "mPa": 1e-3},
     "angle": {"rad": 1.0, "deg": math.pi / 180, "mrad": 1e-3},
     "length": {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "cm": 1e-2, "in": 0.0254},
     "force": {"N": 1.0, "kN": 1e3, "mN": 1e-3, "lbf": 4.4482216152605},
@@ -55,9 +56,24 @@ ALIASES = {
     "mikrosekunde": "us", "mikrosekunden": "us", "nanosekunde": "ns", "nanosekunden": "ns", "minuten": "min",
     "stunde": "h", "stunden": "h",
 }  # fmt: skip
-_LOWER = {unit.lower(): unit for unit in reversed(DIMENSION) if unit != "Nm"} | ALIASES
+# Where the case tells one unit from another, these are none: mega or milli, Nm or nm, newton seconds or nanoseconds.
+_UNCLEAR = {"MN", "MV", "MA", "MNM", "NM", "Ns", "Us"}
 
-_MEGA = {"MN", "MV", "MA", "MNm", "Ms"}  # mega, not milli: a thousand million times off if the case were ignored
+
+def _spellings() -> dict[str, str]:
+    """Units of the table in capitals, in small letters, and begun with a capital where that is no mega."""
+    variants: dict[str, str] = {}
+    for unit in DIMENSION:
+        forms = [unit.lower(), unit.upper()]
+        if unit in {"m", "min"} or unit[0] != "m":
+            forms += [unit[0].upper() + unit[1:], unit[0].upper() + unit[1:].lower()]
+        for form in forms:
+            if form not in _UNCLEAR and form not in variants:
+                variants[form] = unit
+    return variants
+
+
+_SPELLINGS = _spellings()
 
 # Whole names that can only be a time in that unit: Arduino's millis() and micros(), "Sekunden", ...
 _CLOCK_NAMES = frozenset(
@@ -68,11 +84,25 @@ _CLOCK_NAMES = frozenset(
 
 # Suffixes that are as often a channel letter, "input" or "minimum" as a unit: taken as a unit only when
 # another word of the name belongs to the dimension.
-_HINTED = {"a", "v", "n", "m", "h", "s", "in", "min", "ma", "mn", "nm", "amp"}
+_HINTED = {"a", "v", "n", "m", "h", "s", "in", "min", "ma", "mn", "nm", "amp", "kn", "kv", "pa"}
 _HINTED |= {"grad", "radiant", "minute"}  # grad is a degree in German and a gradient in English
+# In this case they are nothing but units.
+_PLAIN_UNITS = {"N", "V", "Nm", "mN", "kN", "mA", "kV", "Pa"}
+# In brackets: the wrong case of a unit is as often another one (siemens, henry, acceleration, number, speed).
+_WRONG_CASE = {"S", "H", "M", "a", "n", "v"}
+# Words beside which a suffix means something else: the yaw angle psi, a radial force, the pressure upstream.
+_OTHER_MEANING = {
+    "psi": frozenset({"angle", "euler", "yaw", "heading", "pitch", "roll", "winkel", "rotation"}),
+    "rad": frozenset({"force", "kraft", "load", "pressure", "stress", "strain", "stiffness", "clearance", "play"}),
+    "us": frozenset({"pressure", "druck", "flow", "temperature", "density"}),
+}
+# Of "position_in" most are inches, of "x_in" most are inputs.
+_INCHES = frozenset({"length", "displacement", "position", "stroke", "height", "distance", "contraction", "extension"})
+_INCHES |= {"elongation", "travel", "deflection", "depth", "width", "thickness", "diameter", "gap"}
 _HINTS = {
     dimension: frozenset(words.split())
     for dimension, words in {
+        "pressure": "pressure p press druck supply pneumatic muscle chamber valve vacuum gauge stress",
         "length": "displacement position pos length x y z stroke height distance contraction extension elongation "
         "travel deflection depth disp weg",
         "angle": "angle winkel phi theta alpha beta gamma rotation drehung tilt",
@@ -86,19 +116,18 @@ _HINTS = {
 
 
 def canonical(unit: str) -> str | None:
-    """Spell a unit as in `TABLE`, or return None if it is not known.
+    """Spell a unit as in `TABLE`, or return None if it is not known. Capitals count where they change the unit.
 
     Examples
     --------
-    >>> canonical("Degrees"), canonical("mpa"), canonical("furlong")
-    ('deg', 'MPa', None)
+    >>> canonical("Degrees"), canonical("mpa"), canonical("mPa"), canonical("MV"), canonical("furlong")
+    ('deg', 'MPa', 'mPa', None, None)
     """
     text = unit.strip()
     if text in DIMENSION:
         return text
-    if text in _MEGA:
-        return None
-    return _LOWER.get(text.lower())
+    word = text if text[:1] in {"µ", "μ"} else text.lower()  # µS is no µs
+    return _SPELLINGS.get(text) or ALIASES.get(word)
 
 
 def dimension(unit: str) -> str:
@@ -139,23 +168,46 @@ def words(name: str) -> tuple[str, ...]:
     return tuple(re.findall(r"[^\W\d_]+", spaced.lower()))
 
 
-def _unit_text(text: str) -> str:
+def _unit_text(bare: str, text: str) -> str:
     """Unit as written in brackets: canonical where known, as it stands otherwise, "" for none."""
     text = text.strip()
-    return "" if text in {"", "-", "--", "1", "none", "None"} else canonical(text) or text
+    if text in {"", "-", "--", "1", "none", "None"}:
+        return ""
+    unit = _newton_metres(bare, text) or canonical(text)
+    if unit is None or (text in _WRONG_CASE and not _hinted(bare, unit, text)):
+        return text
+    return unit
+
+
+def _newton_metres(bare: str, text: str) -> str | None:
+    """Nm in any case where the name is one of a torque, nm in capitals where it is one of a length."""
+    if text.lower() != "nm":
+        return None
+    hints = set(words(bare))
+    if hints & _HINTS["torque"]:
+        return "Nm"
+    return "nm" if text == "NM" and hints & _HINTS["length"] else None
+
+
+def _hinted(bare: str, unit: str, text: str) -> bool:
+    """Whether another word of a name belongs to the dimension of a unit that is written so."""
+    hints = _INCHES if text.lower() == "in" else _HINTS[DIMENSION[unit]]
+    return bool(set(words(bare)) & hints)
 
 
 def _suffix_unit(bare: str, suffix: str) -> str | None:
     low = suffix.lower()
-    hints = set(words(bare))
-    if low == "nm" and hints & _HINTS["torque"]:
-        return "Nm"
-    unit = canonical(suffix)
-    if unit is None:
+    unit = _newton_metres(bare, suffix) or canonical(suffix)
+    if unit is None or (low in _OTHER_MEANING and set(words(bare)) & _OTHER_MEANING[low]):
         return None
-    if low in _HINTED and not (suffix in {"N", "V"} or hints & _HINTS[DIMENSION[unit]]):
+    if low in _HINTED and not (suffix in _PLAIN_UNITS or _hinted(bare, unit, suffix)):
         return None
     return unit
+
+
+def _divided_unit(bare: str, unit: str) -> str | None:
+    """Unit after a slash, as standards write labels: ``s/m`` is a way in metres, ``pos/in`` may be an input."""
+    return unit if unit in DIMENSION and unit not in {"in", "min"} else _suffix_unit(bare, unit)
 
 
 @lru_cache(MOST_NAMES)
@@ -182,10 +234,11 @@ def parse_unit(name: str) -> tuple[str, str]:
     bracket = re.fullmatch(r"(.*?\S)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))", text)
     if bracket and not (bracket[2] or "").isdigit():  # position[0] is an index, not a unit
         inner = bracket[2] if bracket[2] is not None else bracket[3]
-        return bracket[1].rstrip("_ "), _unit_text(inner)
+        return bracket[1].rstrip("_ "), _unit_text(bracket[1], inner)
     slash = re.fullmatch(r"([^/]*[^/\s])\s*/\s*([^/]+)", text)
-    if slash and canonical(slash[2]):
-        return slash[1], _unit_text(slash[2])
+    divided = _divided_unit(slash[1], slash[2].strip()) if slash else None
+    if slash and divided:
+        return slash[1], divided
     rate = re.fullmatch(r"(.*\w)_(mm|m|cm|um|deg|rad|bar)_s", text, re.IGNORECASE)
     if rate and set(words(rate[1])) & {"velocity", "vel", "speed", "rate", "omega", "v"}:
         return rate[1], f"{canonical(rate[2])}/s"
@@ -196,6 +249,34 @@ def parse_unit(name: str) -> tuple[str, str]:
         bare, found, suffix = text.rpartition(" ")
     unit = _suffix_unit(bare, suffix) if found and bare.strip("_ ") else None
     return (bare.rstrip("_ "), unit) if unit else (text, "")
+
+
+def stray_suffixes(names: Sequence[str]) -> frozenset[str]:
+    """Names that seem to end in a unit, where another column of the log shows that the ending means something else.
+
+    Examples
+    --------
+    >>> sorted(stray_suffixes(["time_s", "position_in", "position_out", "i_a", "i_b", "force_N", "motor_A", "motor_V"]))
+    ['i_a', 'position_in']
+    """
+    outputs = any({"out", "output"} & set(words(name)) for name in names)
+    endings: dict[str, set[str]] = {}
+    for name in names:
+        bare, _, suffix = name.rpartition("_")
+        if len(suffix) == 1:
+            endings.setdefault(bare.lower(), set()).add(suffix)
+    stray = set()
+    for name in names:
+        bare, _, suffix = name.rpartition("_")
+        unit = parse_unit(name)[1] if suffix.lower() in _HINTED else ""
+        if not unit or DIMENSION[unit] == "time":  # what counts time is asked for where the clock is chosen
+            continue
+        letters = endings.get(bare.lower(), set())
+        if any(letter.isalpha() and letter not in DIMENSION for letter in letters if letter != suffix):
+            stray.add(name)
+        if suffix.lower() == "in" and outputs:
+            stray.add(name)
+    return frozenset(stray)
 
 
 def convert(values: npt.ArrayLike, source: str, target: str) -> npt.NDArray[np.float64]:

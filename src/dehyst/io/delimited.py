@@ -204,8 +204,10 @@ def _undress(
 
 def _header_unit(layout: Layout, j: int) -> str:
     """Unit of a column by the units row or else by its name, "" if neither tells."""
-    given = parse_unit(f"x [{visible(layout.units[j])}]")[1] if layout.units and layout.units[j] else ""
-    return given or parse_unit(_name(layout, j))[1]
+    name = _name(layout, j)
+    below = visible(layout.units[j]) if layout.units else ""
+    by_row = parse_unit(f"{name or 'x'} [{below}]")[1] if below else ""
+    return by_row or parse_unit(name)[1]
 
 
 def _name(layout: Layout, j: int) -> str:

@@ -12,7 +12,7 @@ from dehyst.arrays import Array, Rows
 from dehyst.errors import LogError
 from dehyst.findings import Finding
 from dehyst.shell import visible
-from dehyst.units import parse_unit
+from dehyst.units import parse_unit, stray_suffixes
 
 # No sensor reads this much; beyond it squares overflow and every later number is lost.
 LARGEST = 1e100
@@ -38,13 +38,21 @@ class Table:
     findings: tuple[Finding, ...] = ()
     refused: Mapping[str, str] = field(default_factory=dict)  # column -> why it is not to be trusted, once it is used
 
+    stray: frozenset[str] = frozenset()  # columns whose name ends in what is no unit beside the other names
+
     def __post_init__(self) -> None:
         if not self.order:
             object.__setattr__(self, "order", (*self.columns, *self.labels))
+        stray = stray_suffixes(self.order)
+        if stray:
+            ends = {name: parse_unit(name)[1] for name in stray}
+            units = {name: "" if ends.get(name) == unit else unit for name, unit in self.units.items()}
+            object.__setattr__(self, "units", units)
+            object.__setattr__(self, "stray", stray)
 
     def label(self, name: str) -> tuple[str, str]:
         """Name of a column without its unit, and the unit, "" where it is not known."""
-        bare, unit = parse_unit(name)
+        bare, unit = (name, "") if name in self.stray else parse_unit(name)
         return bare, self.units.get(name) or unit
 
 
