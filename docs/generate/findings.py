@@ -200,7 +200,10 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "put in order of time.",
             "None.",
         ),
-        "reversed-time": ("The log is written newest row first; it was turned around.", "None."),
+        "reversed-time": (
+            "The log is written newest row first; it was turned around, and time counts from the oldest row.",
+            "None.",
+        ),
         "stray-time": (
             "Single time stamps fit neither the one before nor the one after. These rows were left out.",
             "Check the logger if there are many.",
@@ -209,7 +212,9 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "The clock jumps, forward or back, while all signals go on in their direction and at their speed: it was "
             "set while the log was written (a correction, a change to summer time, an overflow of its counter). The "
             "jump is taken out, and the recording goes on. Of a pair of jumps that cancel within {BACK_SAMPLES} "
-            "samples or 1 % of the log it is enough that no signal jumps.",
+            "samples or 1 % of the log it is enough that no signal jumps. Only an evenly sampled log is judged, and all "
+            "of it, whatever the window. A step forward of fewer than {LOST:.0f} samples is never taken out: there rows "
+            "were lost.",
             "Nothing to do. A clock that only counts up (monotonic) does not jump.",
         ),
         "clock-restart": (
@@ -222,7 +227,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         "gap": (
             "A step between samples is longer than {GAP_MEDIANS} times the median step and "
             "{GAP_SAMPLES} usual steps. If the input moved by more than {MOVED:%} of its range "
-            "across the gap, or the gap is longer than half a loop, the memory counts as unknown after it.",
+            "across the gap, or the gap is longer than half a loop, the memory counts as unknown after it. Rows are "
+            "missing there, or the clock was set; in a log with a row per event, nothing need be missing.",
             "Cut with `--from` and `--to` if one side is enough.",
         ),
         "streamed": (

@@ -16,6 +16,7 @@ TURN_FRACTION = 0.05
 
 GAP_MEDIANS = 5.0  # a step this many times the median is a gap ...
 GAP_SAMPLES = 3.0  # ... if it also misses this many samples at the usual rate
+EVEN_WITHIN, EVEN_SHARE = 0.5, 0.9  # of the median step; of the steps
 MOVED = 0.05  # of the input's range: more than this across a gap, and the memory is unknown
 
 BACK_SAMPLES = 50  # within so many samples ...
@@ -111,6 +112,22 @@ def gap_limit(step: npt.ArrayLike) -> float:
     if np.mean(steps > limit) > 0.05:
         limit = GAP_MEDIANS * float(np.percentile(steps, 95))
     return float(limit)
+
+
+def is_even(step: npt.ArrayLike) -> bool:
+    """Whether samples come at an even pace: nine of ten steps are within half of the median step.
+
+    What is written at every change of a signal, or by hand, is not; a timer of a busy computer is.
+
+    Examples
+    --------
+    >>> is_even([1.0, 1.1, 0.9, 7.0] * 2 + [1.0] * 30), is_even([0.2, 1.0, 3.0, 0.5, 8.0])
+    (True, False)
+    """
+    steps = np.asarray(step, dtype=np.float64)
+    steps = steps[steps > 0]
+    middle = float(np.median(steps)) if steps.size else 0.0
+    return bool(steps.size and np.mean(np.abs(steps - middle) <= EVEN_WITHIN * middle) >= EVEN_SHARE)
 
 
 def memory_lost(step: Array, moved: Array, span: float, measured: float, swings: int) -> npt.NDArray[np.bool_]:

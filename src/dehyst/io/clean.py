@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array, Mask, Rows
-from dehyst.data.loops import GAP_SAMPLES, gap_limit, memory_lost, turning_points
+from dehyst.data.loops import GAP_SAMPLES, gap_limit, is_even, memory_lost, turning_points
 from dehyst.data.outliers import FEWEST, find_outliers
 from dehyst.errors import RecordingError
 from dehyst.findings import Finding
@@ -34,6 +34,7 @@ class Samples:
     values: tuple[Array, ...]  # (T,) each; the first is the input
     rows: Rows  # row of each sample in the file, (T,)
     breaks: tuple[int, ...] = ()  # indices before which the memory is lost
+    jumps: tuple[tuple[int, float], ...] = ()  # rows of the file at which the clock was set, and by how much [s]
 
     def take(self, index: npt.NDArray[np.int64] | npt.NDArray[np.bool_]) -> Samples:
         """Samples at `index`, which must come before any break is known."""
@@ -191,6 +192,9 @@ def _within(broken: int, gaps: int) -> str:
     return f"In {'all' if broken == gaps else broken} of them" if gaps > 1 else "In it"
 
 
+_UNEVEN = " Rows of this log come at uneven times, so nothing may be missing there."
+
+
 def find_gaps(samples: Samples, about: Context) -> Samples:
     """Find gaps; break the recording where the input may have moved unseen.
 
@@ -225,6 +229,8 @@ def find_gaps(samples: Samples, about: Context) -> Samples:
         f"{list_rows(samples.rows[found], about.word)}; the longest, {step[longest - 1]:.4g} {unit} from "
         f"{t[longest - 1]:.6g} to {t[longest]:.6g} {unit}, against {float(np.median(step)):.3g} {unit} usually."
     )
+    if samples.time is not None and not told.all():
+        what += " Rows are missing there, or the clock was set." if is_even(step) else _UNEVEN
     cure = (
         f" {_within(broken.size, found.size)} the input may have turned unseen, so the memory of the actuator is taken "
         f"as unknown after it. Keep one side of it, with --from or --to, if that is enough."

@@ -25,6 +25,7 @@ TIME_WORDS = frozenset(
 PLAIN_WORDS = frozenset(words("time timestamp timestamps zeit zeitstempel elapsed datetime"))
 NAMELESS = ("column_1", "X_Value")  # no header; the first column of a LabVIEW measurement file
 FORWARD_SHARE = 0.9  # of the steps of a clock
+BACKWARD_SHARE = 0.95  # of the steps of a log whose newest row stands first
 # Seconds since 1970 from 2001 to 2099; a stamp in this window counts from an epoch, not from a start button.
 EPOCH = (9.78e8, 4.1e9)
 # Units of clocks of computers: since 1970 in s, ms, us, ns; then 100 ns since the years 1 (.NET) and 1601 (Windows).
@@ -46,7 +47,7 @@ _FOUND: WeakKeyDictionary[Table, list[str]] = WeakKeyDictionary()  # a table is 
 
 
 def is_clock(table: Table, name: str) -> bool:
-    """Whether a column looks like time: called so, or in a unit of time, and running forward."""
+    """Whether a column looks like time: called so, or in a unit of time, and running one way."""
     if name in table.stamps:
         return _moves(table, name)
     bare, unit = table.label(name)
@@ -61,7 +62,8 @@ def _runs_forward(values: Array) -> bool:
     if good.size < 2:
         return False
     step = np.diff(good)
-    return bool(np.count_nonzero(step >= 0) / step.size >= FORWARD_SHARE and np.any(step > 0))
+    forward = np.count_nonzero(step >= 0) / step.size >= FORWARD_SHARE and np.any(step > 0)
+    return bool(forward or newest_first(good))
 
 
 def _is_even(values: Array) -> bool:
@@ -118,20 +120,28 @@ def seconds(table: Table, name: str) -> tuple[Array, float]:
     """Stamps of a time column in seconds, and their origin.
 
     Stamps that count from 1970 (date-times, epoch in s, ms, us or ns) are returned from zero, with the time of
-    the first one as origin; all others keep their own values, with origin 0. Add the origin to compare two clocks.
+    the oldest row as origin; all others keep their own values, with origin 0. Add the origin to compare two clocks.
     """
     values = table.columns[name]
     good = measured(values)
     if good.size == 0:
         return np.full(values.size, np.nan), 0.0
     scale, is_epoch = counting(table, name)
-    first = float(good[0]) if is_epoch else 0.0
+    oldest = good[-1] if newest_first(good) else good[0]
+    first = float(oldest) if is_epoch else 0.0
     return in_seconds(values, scale, first), first * scale
 
 
 def unit_of_clock(table: Table, name: str) -> str:
     """Unit that a time column names, known or not, "" if it names none."""
     return of_clock(table.units.get(name, "")) or unit_in_name(name)
+
+
+def newest_first(stamps: Array) -> bool:
+    """Whether stamps run backward from row to row; rows that share a stamp do not count."""
+    step = np.diff(measured(stamps))
+    step = step[step != 0]
+    return step.size >= 3 and float(np.mean(step < 0)) > BACKWARD_SHARE
 
 
 def counting(table: Table, name: str) -> tuple[float, bool]:

@@ -19,7 +19,7 @@ from dehyst.data.loops import gap_limit, turning_points
 from dehyst.errors import DehystError, TimeError
 from dehyst.findings import Finding
 from dehyst.io.checks import BETWEEN_WORDS, COMMAND_WORDS, hold_length, is_constant
-from dehyst.io.clocks import choose_clock, clock_names, seconds, unit_finding, with_time_unit
+from dehyst.io.clocks import choose_clock, clock_names, newest_first, seconds, unit_finding, with_time_unit
 from dehyst.io.columns import count_runs, run_column, select_run
 from dehyst.io.formats import PathLike, read_table
 from dehyst.io.frames import is_frame
@@ -256,6 +256,7 @@ def _sampling(table: Table, signal: str | None, rows: dict[str, Array], clocks: 
     part = Table(table.name, {clock: rows[clock]}, table.units, table.rows, stamps=table.stamps)
     t = seconds(part, clock)[0]
     t = t[np.isfinite(t)]
+    t = t[::-1] if newest_first(t) else t
     step = np.diff(t)
     forward = step[step > 0]
     if forward.size == 0:

@@ -6,9 +6,10 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from dehyst.arrays import Array, Rows
-from dehyst.data.loops import gap_limit, taken_back, turning_points
+from dehyst.data.loops import gap_limit, is_even, taken_back, turning_points
 from dehyst.errors import TimeError
 from dehyst.io.clean import Context, Samples
 from dehyst.io.table import list_rows
@@ -19,17 +20,22 @@ NEAREST = 10  # rows from its place that a row may stand in a short log
 COARSE_SHARE = 0.5  # of the rows repeat a stamp: the clock is coarse, and even equal rows are samples
 
 
-def order_time(samples: Samples, about: Context) -> Samples:
-    """Make time increase: sort the few rows out of order, take out jumps, spread repeated stamps, break at restarts."""
+Jumps = tuple[tuple[int, float], ...]  # rows of the file at which the clock was set, and by how much [s]
+
+
+def order_time(samples: Samples, about: Context, jumps: Jumps | None = None) -> Samples:
+    """Make time increase: sort the few rows out of order, take out jumps, spread repeated stamps, break at restarts.
+
+    `jumps`: where the clock was set, if that was judged on more of the log than `samples`.
+    """
     if samples.time is None or samples.time.size < 2:
         return samples
     if np.all(np.diff(samples.time) > 0):
-        return mend_jumps(samples, about)
-    samples = _turn_around(samples, about)
+        return mend_jumps(samples, about, jumps)
     samples = _sort_few(samples, about)
     samples = _sort_swapped(samples, about)
     samples = _drop_stray(samples, about)
-    samples = mend_jumps(samples, about)
+    samples = mend_jumps(samples, about, jumps)
     samples = _drop_doubled(samples, about)
     samples = _spread_repeated(samples, about)
     time = _stamps(samples)
@@ -55,14 +61,6 @@ def order_time(samples: Samples, about: Context) -> Samples:
 def _stamps(samples: Samples) -> Array:
     assert samples.time is not None
     return samples.time
-
-
-def _turn_around(samples: Samples, about: Context) -> Samples:
-    step = np.diff(_stamps(samples))
-    if step.size < 3 or not np.mean(step < 0) > 0.95:
-        return samples
-    about.say("reversed-time", f"{about.log} is written newest row first; it was turned around. Nothing to do.")
-    return samples.take(np.arange(samples.rows.size - 1, -1, -1))
 
 
 def _sort_few(samples: Samples, about: Context) -> Samples:
@@ -203,53 +201,87 @@ FEWEST = 32  # samples below which nothing is judged
 BEND = 2.0  # times the 95 % quantile of the second differences ...
 STEP = 0.25  # ... and this share of the median step: how smoothly a signal goes on
 USUAL = 2.0  # times the 99 % quantile of its steps: what a signal may do within a pair of jumps
-MOVING = 10.0  # times the median second difference: what the input moves before and after, or it rests
-UNSEEN = 1.0  # median steps of the input: what would be missing at least, were the jump a gap
+MOVING = 10.0  # times the median second difference: what a signal moves before and after, or it rests
+UNSEEN = 1.0  # median steps of a signal: what would be missing at least, were the jump a gap
+LOST = 20  # samples: a clock that is forward by fewer is a logger that lost rows, as buffers overflow by a few
+CLEARLY = 3.0  # times what passes for smooth: what a signal would have moved at least, were rows lost
 
 
-def mend_jumps(samples: Samples, about: Context) -> Samples:
-    """Take out jumps of the clock, forward or back, across which all signals go on smoothly.
+def mend_jumps(samples: Samples, about: Context, jumps: Jumps | None = None) -> Samples:
+    """Take out jumps of the clock, forward or back, across which all signals go on smoothly; `jumps` if judged before.
 
     Time that passed, or another recording, would show in the signals: they moved before and after the jump, and would
     stand elsewhere. Of a pair of jumps that cancel within a few samples it is enough that no signal jumps.
     """
     t = samples.time
-    if t is None or t.size < FEWEST:
+    if t is None:
         return samples
+    jumps = find_jumps(samples) if jumps is None else jumps
+    onward = 1 if samples.rows[-1] >= samples.rows[0] else -1
+    late = np.zeros(t.size)
+    inside: list[tuple[int, float]] = []
+    for row, size in jumps:
+        place = int(np.argmax(onward * samples.rows >= onward * row))
+        if place > 0:
+            late[place] += size
+            inside.append((row, size))
+    if not inside:
+        return samples
+    shown = ", ".join(f"{size:+.4g} s" for _, size in inside[:4]) + (", ..." if len(inside) > 4 else "")
+    about.say(
+        "clock-jump",
+        f"the clock of {about.log} jumps at {list_rows([row for row, _ in inside], about.word)} (by {shown}) while "
+        f"{' and '.join(about.columns)} {'go' if len(about.columns) > 1 else 'goes'} on smoothly: the clock was "
+        f"set, the log was not interrupted. The {'jumps were' if len(inside) > 1 else 'jump was'} taken out, and "
+        f"memory goes on. Nothing to do; a clock that only counts up (monotonic) does not jump.",
+    )
+    return replace(samples, time=t - np.cumsum(late), jumps=tuple(inside))
+
+
+def find_jumps(samples: Samples) -> Jumps:
+    """Rows at which the clock was set, and by how much.
+
+    Only of evenly sampled signals is it known what time has passed. Forward, lost rows must be excluded: the jump is
+    long, a signal would have moved clearly, and most jumps of the log are like this.
+    """
+    t = samples.time
+    if t is None or t.size < FEWEST:
+        return ()
     step = np.diff(t)
     typical = float(np.median(step[step > 0])) if np.any(step > 0) else 0.0
     places = np.flatnonzero((step < 0.0) | (step > gap_limit(step))) + 1
-    if typical == 0.0 or not 0 < places.size <= max(JUMPS_MOST, JUMPS_SHARE * step.size):
-        return samples
+    few = 0 < places.size <= max(JUMPS_MOST, JUMPS_SHARE * step.size)
+    if typical == 0.0 or not few or not is_even(step):
+        return ()
     size = step[places - 1] - typical
     shift = np.zeros(places.size)
     usual = [_Usual.of(v, places) for v in samples.values]
+    signals = [*zip(usual, samples.values, strict=True)]
     for k, m in taken_back(places, size, t.size):
-        if all(about_v.goes_on(v, places[[k, m]]) for about_v, v in zip(usual, samples.values, strict=True)):
+        if all(about_v.goes_on(v, places[[k, m]]) for about_v, v in signals):
             shift[[k, m]] = size[k], -size[k]
     for k in np.flatnonzero(shift == 0.0).tolist():
-        smooth = all(about_v.is_smooth(v, places[k]) for about_v, v in zip(usual, samples.values, strict=True))
-        if smooth and usual[0].moves(samples.values[0], places[k], abs(size[k]) / typical):
+        missing = abs(size[k]) / typical
+        forward = bool(size[k] > 0.0)
+        long = not forward or missing >= LOST
+        smooth = all(about_v.is_smooth(v, places[k]) for about_v, v in signals)
+        if long and smooth and any(about_v.moves(v, places[k], missing, forward) for about_v, v in signals):
             shift[k] = size[k]
-    if not shift.any():
-        return samples
     if 2 * np.count_nonzero(shift) > places.size:  # one clock, one explanation: there the others need not be smooth, as
-        for k in np.flatnonzero(shift == 0.0).tolist():  # at a reversal; it is enough that no signal jumps
-            if all(about_v.goes_on(v, places[[k]]) for about_v, v in zip(usual, samples.values, strict=True)):
+        for k in np.flatnonzero((shift == 0.0) & ((size < 0.0) | (size >= LOST * typical))).tolist():  # at a reversal;
+            if all(about_v.goes_on(v, places[[k]]) for about_v, v in signals):  # it is enough that no signal jumps
                 shift[k] = size[k]
-    late = np.zeros(t.size)
-    late[places] = shift
-    mended = t - np.cumsum(late)
-    at, by = places[shift != 0.0], size[shift != 0.0]
-    shown = ", ".join(f"{value:+.4g} s" for value in by[:4].tolist()) + (", ..." if by.size > 4 else "")
-    about.say(
-        "clock-jump",
-        f"the clock of {about.log} jumps at {list_rows(samples.rows[at], about.word)} (by {shown}) while "
-        f"{' and '.join(about.columns)} {'go' if len(about.columns) > 1 else 'goes'} on smoothly: the clock was "
-        f"set, the log was not interrupted. The {'jumps were' if at.size > 1 else 'jump was'} taken out, and "
-        f"memory goes on. Nothing to do; a clock that only counts up (monotonic) does not jump.",
-    )
-    return replace(samples, time=mended)
+    lone = (shift > 0.0) & ~_cancelled(shift)
+    if np.count_nonzero(lone) <= np.count_nonzero((shift == 0.0) & (size > 0.0)):  # rows were lost elsewhere, so here
+        shift[lone] = 0.0
+    where = np.flatnonzero(shift)
+    return tuple(zip(samples.rows[places[where]].tolist(), shift[where].tolist(), strict=True))
+
+
+def _cancelled(shift: Array) -> npt.NDArray[np.bool_]:
+    """Jumps that one beside them takes back to the last digit."""
+    pair = (shift[:-1] == -shift[1:]) & (shift[1:] != 0.0)
+    return np.asarray(np.append(pair, False) | np.append(False, pair))
 
 
 class _Usual(NamedTuple):
@@ -287,9 +319,10 @@ class _Usual(NamedTuple):
         near = v[max(place - 2, 0) : place + 2]
         return near.size == 4 and bool(np.max(np.abs(np.diff(near, 2))) <= BEND * self.bend + STEP * self.step)
 
-    def moves(self, v: Array, place: int, missing: float) -> bool:
+    def moves(self, v: Array, place: int, missing: float, forward: bool) -> bool:
         """Whether the signal moves before and after, and would have moved far in so many samples."""
         before, after = v[max(place - self.window, 0) : place], v[place : place + self.window]
         least = min(float(np.ptp(before)), float(np.ptp(after)))
         gone = min(missing, self.window) * least / self.window
-        return least > MOVING * self.quiet and gone > UNSEEN * self.step
+        hidden = CLEARLY * (BEND * self.bend + STEP * self.step) if forward else 0.0
+        return least > MOVING * self.quiet and gone > max(UNSEEN * self.step, hidden)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -11,13 +12,13 @@ import numpy.typing as npt
 from dehyst.arrays import Array
 from dehyst.data.loops import gap_limit
 from dehyst.data.recording import MINIMUM_SAMPLES
-from dehyst.errors import ColumnError, RecordingError, TimeError
+from dehyst.errors import ColumnError, DehystError, RecordingError, TimeError
 from dehyst.findings import Finding
 from dehyst.io.checks import check_pair
 from dehyst.io.clean import Context, Samples, drop_outliers, drop_unmeasured, find_gaps, hold_unmeasured
-from dehyst.io.clocks import choose_clock, clock_names, require_unit, same_clock, seconds, unit_finding
+from dehyst.io.clocks import choose_clock, clock_names, newest_first, require_unit, same_clock, seconds, unit_finding
 from dehyst.io.columns import find_column, select_run
-from dehyst.io.order import order_time
+from dehyst.io.order import Jumps, order_time
 from dehyst.io.table import Table, finite
 
 Window = tuple[float, float]
@@ -133,14 +134,26 @@ def samples_of(
         stamps = stamps + origin if shift else stamps
         about.findings.extend(f for f in unit_finding(part, clock, stamps) if f not in about.findings)
     rows = table.rows[: mask.size] if everything else table.rows[: mask.size][mask]
-    return Samples(stamps, tuple(columns[n] for n in names), rows)
+    samples = Samples(stamps, tuple(columns[n] for n in names), rows)
+    if stamps is None or not newest_first(stamps):
+        return samples
+    turned = f"{about.log} is written newest row first; it was turned around, and time counts from the oldest row. "
+    about.findings.extend(f for f in [Finding("reversed-time", turned + "Nothing to do.")] if f not in about.findings)
+    return samples.take(np.arange(rows.size - 1, -1, -1))
 
 
 def prepare(samples: Samples, about: Context, window: Window, hold: bool = False) -> Samples:
-    """Window, then drop (or hold), then order: a fault outside the window is none of the user's business."""
+    """Window, then drop (or hold), then order: a fault outside the window is none of the user's business.
+
+    Whether the clock was set is judged on the whole log: what one window shows of it may look like another thing.
+    """
+    jumps: Jumps | None = None
+    if window != WHOLE and samples.time is not None:
+        with suppress(DehystError):
+            jumps = prepare(samples, replace(about, findings=[]), WHOLE, hold).jumps
     samples = cut_window(samples, about, window)
     samples = (hold_unmeasured if hold else drop_unmeasured)(samples, about)
-    return order_time(drop_outliers(samples, about, hold), about)
+    return order_time(drop_outliers(samples, about, hold), about, jumps)
 
 
 def cut_window(samples: Samples, about: Context, window: Window) -> Samples:
