@@ -202,8 +202,6 @@ def test_what_a_jump_is_does_not_depend_on_the_window(tmp_path, kind):
 
 def jumps_of(rec):
     """Jumps that were taken out, as the finding prints them."""
-    import re
-
     said = [f.message for f in rec.findings if f.code == "clock-jump"]
     if not said:
         return []

@@ -212,9 +212,9 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "The clock jumps, forward or back, while all signals go on in their direction and at their speed: it was "
             "set while the log was written (a correction, a change to summer time, an overflow of its counter). The "
             "jump is taken out, and the recording goes on. Of a pair of jumps that cancel within {BACK_SAMPLES} "
-            "samples or 1 % of the log it is enough that no signal jumps. Only an evenly sampled log is judged, and all "
-            "of it, whatever the window. A step forward of fewer than {LOST:.0f} samples is never taken out: there rows "
-            "were lost.",
+            "samples or 1 % of the log it is enough that no signal jumps. Only an evenly sampled log is judged, and "
+            "all of it, whatever the window. A step forward of fewer than {LOST} samples is never taken out: there "
+            "rows were lost.",
             "Nothing to do. A clock that only counts up (monotonic) does not jump.",
         ),
         "clock-restart": (
