@@ -72,15 +72,16 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "None if the sensor is known to drop out. Otherwise check its cable.",
         ),
         "outlier": (
-            "Rows were left out because a value lies far from all others: a spike of at most {SPIKE_LENGTH} samples "
-            "that leaves both neighbours by more than {SPIKE_RANGE:%} of the range of the others, {SPIKE_CURVATURE} "
-            "times the 99.9 % quantile of their second differences and {SPIKE_STEP} times their largest step; a run "
-            "of up to {RARE:%} of the samples between two jumps of more than {RUN_JUMP:%} of that range and {RUN_STEP} "
-            "of those steps, in and out again, in a signal that moves smoothly otherwise; or a "
-            "number by which loggers mark a failed sensor (-9999, 32767, 1e6, ...), more than {CODE_DISTANCE} ranges "
-            "away. In a signal that is played back (`simulate`, `compensate`) the value before it is held instead. In "
-            "a `Recording` that was made in Python a straight line takes its place, it counts in no fit and no score, "
-            "and memory follows the line.",
+            "Rows were left out because a value lies far from those beside it: a spike of at most {SPIKE_LENGTH} "
+            "samples that leaves both neighbours by more than {SPIKE_RANGE:%} of the range of the others, "
+            "{SPIKE_CURVATURE} times the 99.9 % quantile of their second differences and {SPIKE_STEP} times their "
+            "largest step; a run of up to {RARE:%} of the samples between two jumps of more than {RUN_JUMP:%} of that"
+            " range and {RUN_STEP} of those steps, in and out again, in a signal that moves smoothly otherwise; one "
+            "value that such a signal jumps to again and again (0 of a lost packet), in any number of runs of up to "
+            "{SAME_LENGTH} samples; or a number by which loggers mark a failed sensor (-9999, 32767, 1e6, ...), more "
+            "than {CODE_DISTANCE} ranges away. In a signal that is played back (`simulate`, `compensate`) the value "
+            "before it is held instead. In a `Recording` that was made in Python a straight line takes its place, it "
+            "counts in no fit and no score, and memory follows the line.",
             "Check the sensor and its wiring. If the values are real, log faster, so that they are more than a spike.",
         ),
         "angle-wrap": (

@@ -35,6 +35,15 @@ RUN_RETURN = 0.5  # of the smaller jump: how far from where it left a signal may
 RUN_MOST = 5  # samples of a run that a short log may have, or at its ends any log; elsewhere RARE of them ...
 RUNS_MOST = 5  # ... and so many runs that are longer than a spike: more are pulses, a signal
 RUN_BEYOND = 0.3  # of the range of the others: how far beyond it a run at an end of the log lies
+# One value that comes again and again, such as 0 of a lost packet, is told by its runs, however many: each jumps there
+# from wherever a smooth signal is, and back. A signal passes its values, or rests at them; pulses start from a rest.
+SAME_RUNS = 3  # of them, at least ...
+SAME_LENGTH = 8  # ... of so many samples each, at most: a longer one may be a rest ...
+SAME_SHARE = 0.03  # ... and together this share of the samples
+SAME_SPREAD = 0.15  # of the range of the others: over so much of it they begin
+SAME_MOVING = 0.2  # of them begin while the signal moves
+SAME_NEAR = 1.5  # of the largest other step: a run that jumps further is false too, once the value is known to be
+SAME_VALUES = 8  # that are looked at
 JUMPS_MOST = 1000  # more are a signal in any case
 
 
@@ -44,7 +53,8 @@ def find_outliers(values: Array) -> Mask:
     A spike is an excursion of at most 3 samples that leaves both neighbours, in one direction, by more than half the
     range of the other samples, 10 times their curvature and twice their largest step. A run is longer, up to 1 % of
     the samples: it begins and ends with a jump of more than a tenth of that range and 4 of those steps, in a signal
-    that moves smoothly otherwise and goes on near where it was left; 5 such runs at most. A code is a number such as
+    that moves smoothly otherwise and goes on near where it was left; 5 such runs at most, but any number up to 3 % of
+    the samples where all of them are one value and begin at different ones. A code is a number such as
     -9999, 32767 or 1e6, repeated exactly, more than 3 ranges away from everything else.
 
     Parameters
@@ -65,6 +75,8 @@ def find_outliers(values: Array) -> Mask:
     for _ in range(4):  # what one pass takes away may have hidden smaller ones
         index = np.flatnonzero(~found)
         fresh = _codes(values[index])
+        if not fresh.any():
+            fresh = _same_again(values[index])
         if not fresh.any():
             fresh = _runs(values[index])
         if not fresh.any():
@@ -202,6 +214,53 @@ def _runs(v: Array) -> Mask:
         runs = kept
     long = [run for run in runs if run[1] - run[0] > SPIKE_LENGTH]
     return flagged if runs and len(long) <= RUNS_MOST else np.zeros(v.size, dtype=bool)
+
+
+def _same_again(v: Array) -> Mask:
+    """Short runs of one exact value that a smooth signal jumps to again and again."""
+    flagged: Mask = np.zeros(v.size, dtype=bool)
+    if v.size < FEWEST:
+        return flagged
+    steps = np.abs(np.diff(v))
+    if float(steps.max()) <= 0.99 * RUN_JUMP * _certain_range(v):
+        return flagged
+    low, high = np.percentile(v, [2, 98])
+    jumps = np.flatnonzero(steps > RUN_JUMP * (high - low))
+    if not SAME_RUNS <= jumps.size <= 2.0 * SAME_SHARE * v.size:
+        return flagged
+    values, counts = np.unique(v[jumps + 1], return_counts=True)
+    for value in values[np.argsort(-counts)][:SAME_VALUES].tolist():
+        flagged = _runs_at(v, value, steps)
+        if flagged.any():
+            return flagged
+    return flagged
+
+
+def _runs_at(v: Array, value: float, steps: Array) -> Mask:
+    """Short runs of a value that are false; none where it may be one of the signal."""
+    flagged: Mask = np.zeros(v.size, dtype=bool)
+    there = v == value
+    edges = np.flatnonzero(np.diff(there.astype(np.int64), prepend=0, append=0))
+    begins, ends = edges[::2], edges[1::2]
+    inner = (begins > 0) & (ends < v.size) & (ends - begins <= SAME_LENGTH)
+    begins, ends = begins[inner], ends[inner]
+    others = v[~there]
+    if begins.size < SAME_RUNS or others.size < FEWEST:
+        return flagged
+    before, after = v[begins - 1], v[np.minimum(ends, v.size - 1)]
+    jump = np.minimum(np.abs(before - value), np.abs(after - value))
+    back = np.abs(after - before) <= RUN_RETURN * jump
+    span = float(np.ptp(others))
+    step = float(np.max(steps[~(there[1:] | there[:-1])], initial=0.0))
+    clear = back & (jump > max(RUN_JUMP * span, RUN_STEP * step))
+    if step * RUN_SMOOTH > span or np.count_nonzero(clear) < SAME_RUNS or np.unique(others).size < LEVELS:
+        return flagged
+    moving = v[np.maximum(begins - 1 - SAME_LENGTH, 0)] != before
+    if float(np.ptp(before[clear])) < SAME_SPREAD * span or np.mean(moving[clear]) < SAME_MOVING:
+        return flagged
+    for begin, end in zip(begins[jump > SAME_NEAR * step], ends[jump > SAME_NEAR * step], strict=True):
+        flagged[begin:end] = True
+    return flagged if np.mean(flagged) <= SAME_SHARE else np.zeros(v.size, dtype=bool)
 
 
 def _between(v: Array, jumps: npt.NDArray[np.int64], most: int, low: float, high: float) -> list[Run]:

@@ -287,7 +287,7 @@ def _bridged(record: Recording) -> Recording:
     memory = " Memory follows the line through the input." if masks[0].any() else ""
     finding = Finding(
         "outlier",
-        f"{int(bad.sum())} of {bad.size} samples of {record.name} hold a value far from all others "
+        f"{int(bad.sum())} of {bad.size} samples of {record.name} hold a value far from those beside it "
         f"({'; '.join(said)}); they were left out of the fit and of its errors, and a straight line took their place."
         f"{memory} Check the sensor and its wiring; if the values are real, log faster so that they are more than a "
         f"spike.",

@@ -124,7 +124,7 @@ def drop_outliers(samples: Samples, about: Context, hold: bool = False) -> Sampl
     done = "the value before each was held" if hold else "their rows were left out"
     about.say(
         "outlier",
-        f"{int(bad.sum())} of {bad.size} rows of {about.log} hold a value far from all others ({what}); {done}. A "
+        f"{int(bad.sum())} of {bad.size} rows of {about.log} hold a value far from those beside it ({what}); {done}. A "
         f"single one would spoil the fit, because the model remembers extremes. Check the sensor and its wiring; "
         f"if the values are real, log faster so that they are more than a spike.",
     )

@@ -91,7 +91,7 @@ class Sound:
         ]
         return Finding(
             "outlier",
-            f"{self.dropped} samples of {getattr(self.source, 'name', 'log')} hold a value far from all others "
+            f"{self.dropped} samples of {getattr(self.source, 'name', 'log')} hold a value far from those beside it "
             f"({'; '.join(beyond)}); they were left out. A single one would spoil the fit, because the model remembers "
             f"extremes. Check the sensor and its wiring; if the values are real, log faster so that they are more than "
             f"a spike.",
