@@ -218,8 +218,8 @@ def test_few_turns_mean_few_groups_and_no_stamps_no_time():
 
 def test_a_row_of_time_without_stamps_says_which_to_take():
     x = wander(800)
-    with pytest.raises(IdentificationError, match="generalised-pi"):
-        identify_family(Recording(input=x, output=x), "mixed-sum")
+    with pytest.raises(IdentificationError, match="take --family play-sum"):
+        identify_family(Recording(input=x, output=x), "creep-pi")
 
 
 def test_the_table_is_the_one_place_where_rows_are_named():

@@ -50,6 +50,57 @@ def typed(words: Iterable[object]) -> str:
     return " ".join(map(quoted, words))
 
 
+def command(name: str, *places: object, **options: object) -> str:
+    r"""Return a line of this program, as it is typed: every line that is printed is made here.
+
+    A file whose name begins with a dash gets ``./`` before it, and a value that does is joined to its flag: both would
+    be read as flags otherwise. What is None or False is left out, True is a flag alone, a list repeats its flag, the
+    words of a tuple follow one flag. A name that Python reserves ends with an underscore.
+
+    Examples
+    --------
+    >>> command("identify", "-rf.csv", input="---", time_unit="ms", run=["a", "b b"], overwrite=True)
+    'dehyst identify ./-rf.csv --input=--- --time-unit ms --run a --run "b b" --overwrite'
+    >>> command("design", range=(-4, 4), for_="drift", unit=None)
+    'dehyst design --range -4 4 --for drift'
+    """
+    line = typed(["dehyst", name, *map(as_place, places)])
+    return f"{line} {options_line(**options)}".rstrip()
+
+
+def options_line(**options: object) -> str:
+    """Return options as they are typed behind a command, see there.
+
+    Examples
+    --------
+    >>> options_line(input="pressure [bar]", from_=[0, 20])
+    '--input "pressure [bar]" --from 0 --from 20'
+    """
+    words = []
+    for option, value in options.items():
+        flag = f"--{option.rstrip('_').replace('_', '-')}"
+        for one in value if isinstance(value, list) else [value]:
+            words += _option(flag, one)
+    return typed(words)
+
+
+def as_place(word: object) -> str:
+    """Return what stands without a flag such that it is not read as one."""
+    text = str(word)
+    return f"./{text}" if text.startswith("-") else text
+
+
+def _option(flag: str, value: object) -> list[str]:
+    if value is None or value is False:
+        return []
+    if value is True:
+        return [flag]
+    if isinstance(value, tuple):
+        return [flag, *map(str, value)]
+    text = str(value)
+    return [f"{flag}={text}"] if text.startswith("-") else [flag, text]
+
+
 # Letters of Arabic, Persian and Indian scripts need the two joiners; a soft hyphen hides nothing.
 HARMLESS = "\u00ad\u200c\u200d"
 HIDDEN = frozenset(["Cc", "Cf", "Cs", "Cn", "Zl", "Zp"])

@@ -23,7 +23,8 @@ from dehyst.app.terminal import (
 )  # fmt: skip
 from dehyst.errors import IdentificationError, ParameterError
 from dehyst.families import Comparison, FamilyFit, all_names, compare
-from dehyst.shell import quoted, typed
+from dehyst.families.registry import BEST
+from dehyst.shell import command
 
 
 def run_compare(request: CompareRequest) -> None:
@@ -136,15 +137,22 @@ def _next(found: Comparison, request: CompareRequest) -> str:
     if found.chosen.model is None:
         return "cure what the warnings above name and compare again"
     if request.save is not None:
+        needs = dict.fromkeys(found.chosen.model.needs, "COLUMN")
         if found.chosen.invertible:
-            return f"dehyst compensate {quoted(request.save)} SIGNAL.csv --output {quoted(request.output)}"
-        return f"dehyst simulate {quoted(request.save)} SIGNAL.csv --input {quoted(request.input)}"
-    window: list[tuple[str, object]] = [("--time", request.time), ("--time-unit", request.time_unit)]
-    for name, values in (("--run", request.runs), ("--from", request.start), ("--to", request.stop)):
-        window += [(name, value) for value in values]
-    same = [word for name, value in window if value is not None for word in (name, value)]
-    line = typed(["dehyst", "identify", *request.logs, "--input", request.input, "--output", request.output, *same])
-    # One advice: what identify takes, chosen without the errors above; a family only where named ones err less.
-    named = request.families and found.chosen.error_percent < found.auto_entry.error_percent
-    family = f" --family {found.chosen.family}" if named else ""
-    return f"{line}{family} --save model.json --report report.html"
+            return command("compensate", request.save, "SIGNAL.csv", output=request.output, **needs)
+        return command("simulate", request.save, "SIGNAL.csv", input=request.input, **needs)
+    windows: dict[str, object] = {"run": list(request.runs), "from": list(request.start), "to": list(request.stop)}
+    return command(
+        "identify", *request.logs, input=request.input, output=request.output, time=request.time,
+        time_unit=request.time_unit, **windows, train_fraction=request.train_fraction, family=_named(found),
+        save="model.json", report="report.html",
+    )  # fmt: skip
+
+
+def _named(found: Comparison) -> str | None:
+    """The family that the verdict names; None where identify takes it, or one within noise of it, by itself."""
+    same = next((entry for entry in found.entries if entry.family == found.auto.family), None)
+    if (same is not None and same.tied) or found.auto_entry.error_percent < found.chosen.error_percent:
+        return None
+    assert found.chosen.model is not None
+    return found.chosen.model.family if found.chosen.family == BEST else found.chosen.family

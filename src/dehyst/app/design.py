@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -19,7 +20,7 @@ from dehyst.design.design import CYCLES
 from dehyst.errors import OutputError, ParameterError, UnitError
 from dehyst.files import write_atomically
 from dehyst.io import format_csv
-from dehyst.shell import quoted
+from dehyst.shell import command, quoted
 from dehyst.units import canonical, convert, dimension
 
 ANGLE = "deg"  # of a joint, if nothing else is said
@@ -216,15 +217,29 @@ def _next(designed: _Designed, request: DesignRequest) -> str:
         return (
             f"bring the rig to {plan.middle:.4g}, run {quoted(request.out)}, log what it got and what "
             f"it did: now, as the reference, and again whenever you ask whether the actuator has changed:\n"
-            f"dehyst drift MODEL.json LATER.csv --reference NOW.csv"
+            f"{command('drift', 'MODEL.json', 'LATER.csv', reference='NOW.csv')}"
         )
-    parts = [each.part for each in plan.sections]
-    first, test, last = plan.begins[1], plan.begins[parts.index("test")], plan.begins[-1]
-    fraction = (test - first) / (last - first)
+    line = command("identify", "LOG", input="COLUMN", output="COLUMN", **judged_on_test(plan))
     return (
         f"bring the rig to {plan.middle:.4g}, run {quoted(request.out)}, log what it got and what it "
         f"did; then, judged on the part test:\n"
-        f"dehyst identify LOG --input COLUMN --output COLUMN "
-        f"--from {first:.1f} --to {last:.1f} --train-fraction {fraction:.3f}\n"
+        f"{line}\n"
         "(--from and --to for a log whose clock is 0 where the motion begins; if it begins at s seconds, add s to both)"
     )
+
+
+def judged_on_test(plan: ExcitationPlan) -> dict[str, str]:
+    """Options of identify that leave home out and hold out the part test, to the sample.
+
+    A cut lies half a period before its sample, and a share half a sample beyond what is fitted: a clock and a share
+    that are rounded mean the same samples.
+    """
+    part = plan.signal()[2]
+    test = int(np.flatnonzero(part == "test")[0])
+    first = int(np.flatnonzero(part != "home")[0])
+    last = test + int(np.flatnonzero(part[test:] == "home")[0])
+    digits = max(1, 1 - math.floor(math.log10(plan.period)))
+    begin, end = (f"{(sample - 0.5) * plan.period:.{digits}f}" for sample in (first, last))
+    samples = last - first
+    share = f"{(test - first + 0.5) / samples:.{len(str(samples))}f}"
+    return {"from": begin, "to": end, "train_fraction": share}

@@ -20,7 +20,7 @@ from dehyst.models import Model, load
 from dehyst.monitoring import Change, Drift, drift
 from dehyst.monitoring.parts import NAMES, Subject
 from dehyst.monitoring.result import other_way, plain
-from dehyst.shell import quoted
+from dehyst.shell import command
 
 ENDS = {  # of what is found: exit status, colour
     "unchanged": (Status.DONE, "green"),
@@ -133,20 +133,19 @@ def _row(change: Change) -> tuple[str | Text, ...]:
 def _motion(found: Drift) -> str:
     """The command that makes a motion that tells."""
     motion = found.motion
-    words = [f"dehyst design --for drift --range {motion['low']:.4g} {motion['high']:.4g}"]
-    if motion["unit"]:
-        words.append(f"--unit {quoted(motion['unit'])}")
+    options: dict[str, str] = {}
     if motion["rate"]:
         usual = DesignRequest()
         plan = design_drift_motion(
             motion["low"], motion["high"], rate=motion["rate"], time_limit=math.inf, period=motion["period_s"] / SAMPLES
         )
-        words.append(f"--rate {motion['rate']:.3g}")
+        options["rate"] = f"{motion['rate']:.3g}"
         if plan.duration > usual.time_limit:
-            words.append(f"--time-limit {1.01 * plan.duration:.0f}")
+            options["time_limit"] = f"{1.01 * plan.duration:.0f}"
         if plan.period < usual.period:
-            words.append(f"--period {plan.period:.2g}")
-    return " ".join((*words, "--out drift.csv"))
+            options["period"] = f"{plan.period:.2g}"
+    ends = f"{motion['low']:.4g}", f"{motion['high']:.4g}"
+    return command("design", for_="drift", range=ends, unit=motion["unit"] or None, **options, out="drift.csv")
 
 
 def _print_acceptance(found: Drift, request: DriftRequest) -> None:
@@ -164,5 +163,6 @@ def _print_acceptance(found: Drift, request: DriftRequest) -> None:
     if grade_of(verdict) is Grade.BAD:
         told = "do not compensate with the new model; read its verdict, cure it and identify again"
     else:
-        told = f"dehyst compensate {quoted(request.refit)} REFERENCE.csv --output {quoted(output)}"
+        needs = dict.fromkeys(found.model.needs, "COLUMN")
+        told = command("compensate", request.refit, "REFERENCE.csv", output=output, **needs)
     out.print(f"next: {told}", soft_wrap=True)

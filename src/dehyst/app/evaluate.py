@@ -17,7 +17,7 @@ from dehyst.findings import Finding
 from dehyst.models import Model, load
 from dehyst.models.start import ABOUT, DEFAULT
 from dehyst.monitoring.evaluate import Evaluation, Scored, evaluate
-from dehyst.shell import quoted
+from dehyst.shell import command
 
 LONGEST_NAME = 32  # of a file, in a table of 80 columns beside a family and five numbers
 
@@ -134,6 +134,7 @@ def _row(entry: Scored) -> tuple[str, ...]:
 
 def _next(found: Evaluation, request: EvaluateRequest) -> str:
     if found.run is None:
-        return f"dehyst identify {quoted(request.log)} --save model.json"
-    column = request.output or found[found.run].model.card.output.name
-    return f"dehyst compensate {quoted(found.run)} REFERENCE.csv --output {quoted(column)}"
+        return command("identify", request.log, save="model.json")
+    model = found[found.run].model
+    needs = dict.fromkeys(model.needs, "COLUMN")
+    return command("compensate", found.run, "REFERENCE.csv", output=request.output or model.card.output.name, **needs)

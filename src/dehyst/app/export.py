@@ -27,7 +27,7 @@ from dehyst.export.targets import target
 from dehyst.findings import Finding
 from dehyst.models import Model, ShearedPrandtlIshlinskii, load
 from dehyst.models.storage import model_to_dict
-from dehyst.shell import quoted
+from dehyst.shell import command
 
 COARSE = 2e-6  # step between neighbouring floats, share of the range, from which on 1e-5 of the range is not reached
 EDGE = 0.02  # share of the identified range: beyond it an input counts as outside
@@ -68,7 +68,7 @@ def run_export(request: ExportRequest) -> None:
         return
     _print(written, subject, request)
     print_findings(findings)
-    print_end(f"dehyst verify {quoted(request.out)}")
+    print_end(command("verify", request.out))
 
 
 def _as_unit(model: Model, request: ExportRequest) -> tuple[Model, ExportRequest, list[Finding]]:
@@ -120,13 +120,16 @@ def _refuse_contradictions(request: ExportRequest) -> None:
             f'"period" in its file, in seconds. Leave --period out and set it there.'
         )
     if request.tunable and request.what == "joint-controller":
+        line = command(
+            "export", request.model, target=request.target, what=request.what, controller=request.controller,
+            out=request.out, overwrite=True,
+        )  # fmt: skip
         raise ParameterError(
             f"--tunable belongs to --what inverse or forward: the numbers of a joint controller hold for each other "
             f"and for its period (period * pole and period * pressure_gain below 1, the observer faster than the "
             f"position law), and its integrator, observer and learned scales are of those it ran with: one that is "
             f"changed alone, while it runs, can make the loop swing. Change what you want in its file, and export "
-            f"again without --tunable: dehyst export {quoted(request.model)} --what joint-controller --controller "
-            f"{quoted(cast(Path, request.controller))} --out {quoted(request.out)} --overwrite. While it runs, "
+            f"again without --tunable: {line}. While it runs, "
             f"reference, load, mean pressure, extra and the switches may change; the file in calibration/ shows all "
             f"its numbers."
         )

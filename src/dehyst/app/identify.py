@@ -28,7 +28,7 @@ from dehyst.identification.memory import past_in_words
 from dehyst.identification.settings import PAPER_OPERATORS
 from dehyst.identification.stream import Progress, identify_stream
 from dehyst.io.chunks import ChunkedLog, open_chunks
-from dehyst.shell import quoted
+from dehyst.shell import command
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -308,8 +308,8 @@ def _print_choice(fit: Fit) -> None:
 def _next(fit: Fit, saved: Path | None) -> str:
     """What to do now; a compensator is offered only where the verdict allows one."""
     rec = fit.recordings[0]
-    model = quoted(saved)
-    simulate = f"dehyst simulate {model} LOG.csv --input {quoted(rec.input_name)}"
+    needs = dict.fromkeys(fit.model.needs, "COLUMN")
+    simulate = command("simulate", saved, "LOG.csv", input=rec.input_name, **needs)
     bad = grade_of(fit.verdict) is Grade.BAD
     if fit.settings.get("purpose") == "simulate" and (fit.model.no_inverse or not bad):
         return simulate if saved is not None else "repeat with --save model.json --report report.html"
@@ -321,4 +321,4 @@ def _next(fit: Fit, saved: Path | None) -> str:
         return f"{advice}. To simulate only: {simulate}"
     if saved is None:
         return "repeat with --save model.json --report report.html"
-    return f"dehyst compensate {model} REFERENCE.csv --output {quoted(rec.output_name)}"
+    return command("compensate", saved, "REFERENCE.csv", output=rec.output_name, **needs)

@@ -17,7 +17,7 @@ from dehyst.app.terminal import ask_progress, print_end, print_findings, print_j
 from dehyst.files import write_atomically
 from dehyst.io import inspect_log
 from dehyst.io.inspect import ColumnSummary
-from dehyst.shell import quoted, visible
+from dehyst.shell import command, visible
 
 # Letters left for the last column of the table at least.
 REMARK = 24
@@ -64,10 +64,12 @@ def run_example(request: ExampleRequest) -> None:
     text = example_csv(request.seed)
     refuse_existing(request.out, request.overwrite, content=text)
     write_atomically(request.out, text)
+    line = command(
+        "identify", request.out, input="pressure_difference_bar", output="angle_deg", save="model.json",
+        report="report.html",
+    )  # fmt: skip
     sys.stdout.write(
-        f"wrote {request.out}: a simulated joint, pressure difference [bar] -> angle [deg], 12 loops\n"
-        f"next: dehyst identify {quoted(request.out)} --input pressure_difference_bar --output angle_deg "
-        f"--save model.json --report report.html\n"
+        f"wrote {request.out}: a simulated joint, pressure difference [bar] -> angle [deg], 12 loops\nnext: {line}\n"
     )
 
 

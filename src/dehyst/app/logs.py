@@ -30,7 +30,8 @@ from dehyst.io import LogSummary, Signal, inspect_log, read_log, read_signal
 from dehyst.io.text import SIZE_LIMIT
 from dehyst.models import Model, ModelCard, SignalCard
 from dehyst.models.card import in_units_of
-from dehyst.shell import typed
+from dehyst.shell import command as line_of
+from dehyst.shell import options_line
 from dehyst.units import MASS_FACTORS, convert, dimension, mass_unit
 
 Read: TypeAlias = tuple[Path, str | None, Recording]  # log, run, what was read
@@ -67,9 +68,8 @@ def parts_of(request: LogsRequest) -> list[dict[str, Any]]:
     if len(bounds) > 1:
         times = [time for pair in bounds for time in pair]
         if None in times or times != sorted(times):
-            words = [*(("--from", time) for time in request.start), *(("--to", time) for time in request.stop)]
             raise ParameterError(
-                f"{typed(word for pair in words for word in pair)}: several parts of a log are pairs "
+                f"{options_line(from_=[*request.start], to=[*request.stop])}: several parts of a log are pairs "
                 f"of --from and --to, one after the other in time and apart, "
                 f"since samples that count twice would be fitted and tested at once. Write for example "
                 f"--from 0 --to 20 --from 35 --to 60."
@@ -96,21 +96,21 @@ def named_columns(command: str, request: R, quiet: bool) -> R:
     pair = request.input or summary.input, request.output or summary.output
     if pair[0] == pair[1]:
         raise _choice(command, log, summary)
-    words = typed(["--input", pair[0], "--output", pair[1]])
+    words = options_line(input=pair[0], output=pair[1])
     terminal(stderr=quiet).print(f"columns: {words}, by their names and units\n", soft_wrap=True)
     return replace(request, input=pair[0], output=pair[1])
 
 
 def _choice(command: str, log: Path, summary: LogSummary | None) -> ColumnError:
     """Print what there is to choose from, and return what to type."""
-    asked = f"dehyst {command} {typed([log])} --input COLUMN --output COLUMN"
+    asked = line_of(command, log, input="COLUMN", output="COLUMN")
     if summary is None:
         return ColumnError(
             f"'{log}' is too large to be looked through for its input and output. Name them: {asked}", columns=()
         )
     print_columns(terminal(stderr=True), summary.columns)
     if summary.input and summary.output:  # one of them may have been named
-        asked = f"dehyst {command} {typed([log, '--input', summary.input, '--output', summary.output])}"
+        asked = line_of(command, log, input=summary.input, output=summary.output)
         asked = f"The best guess, to be typed if it is right: {asked}"
     else:
         asked = f"Name them: {asked}"

@@ -24,7 +24,7 @@ from dehyst.robot.muscles.experiments import Loop, force_velocity, isobaric_loop
 from dehyst.robot.muscles.fit import MuscleFit, fit_muscle
 from dehyst.robot.muscles.parameters import parameter_names
 from dehyst.robot.muscles.registry import load_muscle, save_muscle
-from dehyst.shell import quoted, typed
+from dehyst.shell import command
 from dehyst.units import convert, dimension
 
 BAR = 1e5
@@ -401,12 +401,13 @@ def _next(bench: Bench, fit: MuscleFit | None, request: MuscleRequest) -> str:
         return "the same line with --report muscle.html draws it; --pressures, --loads and --contractions say where"
     if fit is None:
         sets = [each for each in muscle_class(bench.model.name).SETS if each != request.which]
-        other = f", or another set: --set {quoted(sets[-1])}" if len(sets) > 1 or request.which else ""
-        return (
-            f"fit it to your muscle: dehyst muscle {bench.model.name} --log bench.csv --contraction COLUMN --pressure "
-            f"COLUMN --force COLUMN{other}"
+        several = len(sets) > 1 or request.which
+        other = f", or another set: {command('muscle', bench.model.name, set=sets[-1])}" if several else ""
+        line = command(
+            "muscle", bench.model.name, log="bench.csv", contraction="COLUMN", pressure="COLUMN", force="COLUMN"
         )
+        return f"fit it to your muscle: {line}{other}"
     if request.save is None:
         return "repeat with --save muscle.json --report muscle.html, or with another model: dehyst muscle --list"
-    line = typed(["dehyst", "muscle", request.save, "--pressures", "0.5,1,2"])
+    line = command("muscle", request.save, pressures="0.5,1,2")
     return f"{line} puts the fitted muscle on the bench again"

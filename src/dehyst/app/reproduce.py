@@ -27,7 +27,7 @@ from dehyst.robot.experiments.reproduce import PLANTS, Request, reproduce
 from dehyst.robot.experiments.results import Reproduction
 from dehyst.robot.report import write_reproduction_report
 from dehyst.robot.report.words import WHY, grown, run_on
-from dehyst.shell import typed
+from dehyst.shell import command
 
 MOST_REMARKS = 12  # on the terminal
 LONG = 0.2  # share of a trial at a limit that is worth a warning
@@ -101,15 +101,15 @@ def _number(word: str) -> int:
 
 def _line(request: ReproduceRequest) -> str:
     """The command of the page; of a path from the root only its end: a page that is passed on tells no more."""
-    words = ["dehyst", "reproduce", *(["--quick"] if request.quick else [])]
+    typed: dict[str, object] = {"quick": request.quick}
     for option in ("plant", "joint", "compensator", "seed", "cycles", "robot", "conditions", "reference", "out"):
         value = getattr(request, option)
         value = ",".join(value) if isinstance(value, tuple) else value
         if isinstance(value, Path) and value.is_absolute():
             value = value.name
-        words += [] if (value in (None, "all") and option != "plant") or value is None else [f"--{option}", str(value)]
-    words += [] if request.controller == PAPER else ["--controller", request.controller]
-    return typed(words)
+        typed[option] = None if value == "all" and option != "plant" else value
+    typed["controller"] = None if request.controller == PAPER else request.controller
+    return command("reproduce", **typed)
 
 
 def _logs(result: Reproduction, out: Path) -> Mapping[str, list[str]]:

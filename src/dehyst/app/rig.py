@@ -18,13 +18,13 @@ from dehyst.report.svg import require_picture_name
 from dehyst.robot.arm.drawn import drawn_mjcf
 from dehyst.robot.arm.parameters import Robot, load_robot, sources
 from dehyst.robot.experiments.rig import PRESSURES, JointCheck, cautions, check_rig, new_rig
-from dehyst.shell import quoted
+from dehyst.shell import command
 
 
 def run_rig(request: RigRequest) -> None:
     """Write a new file, check one, or fit it."""
     if request.action not in ACTIONS:
-        raise ParameterError(f"there is no 'dehyst rig {request.action}'. Type one of: {', '.join(ACTIONS)}.")
+        raise ParameterError(f"'{request.action}' is no action of dehyst rig. Type one of: {', '.join(ACTIONS)}.")
     ACTIONS[request.action](request)
 
 
@@ -37,7 +37,7 @@ def _new(request: RigRequest) -> None:
     refuse_existing(request.file, request.overwrite)
     text = new_rig(request.file, 1 if request.joints is None else request.joints, *bodies)
     write_atomically(request.file, text)
-    print_end(f"dehyst rig check {quoted(request.file)}", robot=request.file)
+    print_end(command("rig", "check", request.file), robot=request.file)
 
 
 def _check(request: RigRequest) -> None:
@@ -63,7 +63,7 @@ def _check(request: RigRequest) -> None:
     _print_said(said)
     for words in warned:
         terminal(stderr=True).print(f"\nwarning: {words}")
-    print_end(f"dehyst reproduce --quick --robot {quoted(request.file)}", picture=request.figure, model=request.mjcf)
+    print_end(command("reproduce", quick=True, robot=request.file), picture=request.figure, model=request.mjcf)
 
 
 ACTIONS = {"new": _new, "check": _check, "fit": fit}

@@ -26,7 +26,7 @@ from dehyst.report.svg import require_picture_name
 from dehyst.robot.arm.joints import pneumatic_joint_parameters
 from dehyst.robot.arm.parameters import Robot, load_robot, robot_of
 from dehyst.robot.experiments.plant_fit import ALL, OFFSETS, UNITS, Number, PlantFit, RigLog, fit_plant, named
-from dehyst.shell import quoted
+from dehyst.shell import command
 from dehyst.units import convert, dimension
 
 ROLES = ("contraction", "length", "angle", "pressure", "pressure_2", "force", "torque", "valve")
@@ -53,7 +53,7 @@ TELLS = {
 def fit(request: RigRequest) -> None:
     """Fit the numbers, print what was told, and write the file and the picture."""
     if not request.logs and not request.test:
-        raise ParameterError(f"there is no log. Type: dehyst rig fit {quoted(request.file)} BENCH.csv")
+        raise ParameterError(f"there is no log. Type: {command('rig', 'fit', request.file, 'BENCH.csv')}")
     robot = load_robot(request.file)
     number = request.joint or next(iter(robot.pneumatic), 1)
     pneumatic_joint_parameters(robot, number, 0)  # an electric joint is refused
@@ -81,7 +81,7 @@ def fit(request: RigRequest) -> None:
         return
     _print(found)
     print_findings(findings, stderr=True)
-    following = f"dehyst rig check {quoted(request.out)}" if request.out else ""
+    following = command("rig", "check", request.out) if request.out else ""
     print_end(following, robot=request.out, picture=request.figure)
 
 

@@ -19,7 +19,7 @@ from dehyst.report.svg import require_picture_name
 from dehyst.robot.experiments.sweep import SweepResult, load_sweep, run_sweep
 from dehyst.robot.experiments.sweep.points import Summary, ratios_of, summarise
 from dehyst.robot.report.sweep import Curve, write_sweep_figure
-from dehyst.shell import typed
+from dehyst.shell import command
 
 LINE_SECONDS = 10.0  # between two lines where there is no terminal to draw on
 MOST_ROWS = 100  # of the table at the end
@@ -48,7 +48,7 @@ def run_sweep_command(request: SweepRequest) -> None:
         _tell(result, figure)
         tell(
             f"{result.failed} of {result.runs} runs failed; the reason stands in the column 'error', for the first: "
-            f"{next(filter(None, result.columns['error']))}\nTo try them again: {_line(request, '--retry')}"
+            f"{next(filter(None, result.columns['error']))}\nTo try them again: {_line(request, 'retry')}"
         )
 
 
@@ -59,11 +59,8 @@ def _tell(result: SweepResult, figure: Path) -> None:
 
 def _line(request: SweepRequest, *more: str) -> str:
     """The line to type, with what was typed; what drops or replaces results is not repeated."""
-    words = ["dehyst", "sweep", str(request.sweep)]
-    for option in ("out", "figure", "workers", "dask"):
-        value = getattr(request, option)
-        words += [] if value is None else [f"--{option}", str(value)]
-    return typed([*words, *more])
+    typed = {option: getattr(request, option) for option in ("out", "figure", "workers", "dask")}
+    return command("sweep", request.sweep, **typed, **dict.fromkeys(more, True))
 
 
 class _Told:

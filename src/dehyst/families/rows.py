@@ -20,6 +20,7 @@ Inertia; an output that falls while the input rises, whatever the memory; what c
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
 
@@ -52,10 +53,17 @@ def candidates(training: Training, firm: bool = True) -> tuple[Sum, ...]:
         return (replace(ROWS[0].sums[0], maps=(True,)),)
     depth = ["few"] if turns < ENOUGH_TURNS else ["many"] if firm else ["many", "simulate"]
     able = [one for row in ROWS if row.chosen in ("always", *depth) for one in row.sums]
-    if training.timed:
-        return tuple(able)
-    left = {(one.timeless.groups, one.direction): one.timeless for one in reversed(able) if one.timeless.groups}
-    return tuple(reversed(left.values()))  # of the same groups the earlier row
+    return tuple(able) if training.timed else _timeless(able)
+
+
+def _timeless(sums: Iterable[Sum]) -> tuple[Sum, ...]:
+    """What is left of sums without their elements that take time; of the same groups that of the earlier row."""
+    left: dict[tuple[tuple[str, ...], str], Sum] = {}
+    for one in sums:
+        rest = one.timeless
+        if rest.groups:
+            left.setdefault((rest.groups, rest.direction), rest)
+    return tuple(left.values())
 
 
 def turns_of(training: Training) -> int:
@@ -76,13 +84,27 @@ def sample(row: Row) -> ElementModel:
 
 
 def _fit_row(training: Training, row: Row) -> ElementModel:
-    sums = tuple(one for one in row.sums if training.timed or not one.timed)
-    if not sums:
-        raise IdentificationError(
-            f"{row.name} has elements that take time, but the recording has no time stamps. Name their column "
-            f"(--time), or take a row without time, such as generalised-pi."
-        )
-    return choose(training, sums).model
+    return choose(training, row.sums if training.timed else _without_time(row)).model
+
+
+def _without_time(row: Row) -> tuple[Sum, ...]:
+    """The sums of a row for a log without time stamps: those without time, else what is left of it, as `auto` takes it.
+
+    What is left may be another row, which is then named.
+    """
+    untimed = tuple(one for one in row.sums if not one.timed)
+    if untimed:
+        return untimed
+    everything = _timeless(one for row in ROWS for one in row.sums)
+    left = tuple(one for one in everything if one.name == row.name)
+    if left:
+        return left
+    rest = row.sums[0].timeless
+    same = next(one.name for one in everything if (one.groups, one.direction) == (rest.groups, rest.direction))
+    raise IdentificationError(
+        f"{row.name} has elements that take time, but the recording has no time stamps. Name their column "
+        f"(--time); without time {row.name} is {same}, so take --family {same}."
+    )
 
 
 def _fit_best(training: Training) -> ElementModel:

@@ -15,6 +15,7 @@ from dehyst.identification.fit import Candidate, Certificate, LoopFacts
 from dehyst.identification.scores import Measured
 from dehyst.identification.selection import AFFORDABLE, STATIC_AS_GOOD
 from dehyst.identification.settings import PAPER_EPS
+from dehyst.shell import command
 
 # What follows rate or time counts when it is no smaller than this share of the range.
 RATE_SIZE = 0.007
@@ -129,13 +130,14 @@ def about_data(
             f"{'' if all_of_it else ', or fit a larger part (--train-fraction)'}.",
         )
     if loop.motion.one_size:
+        line = command("design", range=(f"{span[0]:.3g}", f"{span[1]:.3g}"))
         sizes = dict.fromkeys(f"{size:.0f}" for size in (loop.motion.smallest, loop.motion.largest))
         yield Finding(
             "one-loop-size",
             f"all {loop.loops} loops are of one size ({' to '.join(sizes)} % of the input's range): smaller ones were "
             f"neither fitted nor tested, and what the model says of them follows from the shape of one branch. Where "
-            f"the input will turn within its range, log loops of other sizes; `dehyst design --range {span[0]:.3g} "
-            f"{span[1]:.3g}` plans them, with holds that show creep.",
+            f"the input will turn within its range, log loops of other sizes; `{line}` plans them, "
+            f"with holds that show creep.",
         )
     masked = sum(int(piece.known) for piece in data.pieces if piece.after_break)
     if masked:

@@ -19,6 +19,7 @@ from dehyst.identification.evidence import CREEP, LEAST, RATE, Evidence
 from dehyst.identification.facts import Motion
 from dehyst.identification.residual import Residual, residual_structure
 from dehyst.models import HysteresisModel, ModelCard, PrandtlIshlinskii, ShearedPrandtlIshlinskii, StaticCurve
+from dehyst.shell import command
 
 if TYPE_CHECKING:
     from dehyst.identification.shear import ShearChoice
@@ -275,7 +276,8 @@ class LoopFacts:
             if lacking
         ]
         why = f" ({', '.join(lacks)})" if lacks else ""
-        return f"{what} in this log{why}; dehyst design --range {low:.3g} {high:.3g} plans a motion that tells"
+        line = command("design", range=(f"{low:.3g}", f"{high:.3g}"))
+        return f"{what} in this log{why}; {line} plans a motion that tells"
 
 
 @dataclass(frozen=True, slots=True)

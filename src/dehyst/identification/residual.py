@@ -15,6 +15,7 @@ from dehyst.data.loops import TURN_FRACTION, turning_points
 from dehyst.data.recording import Recording
 from dehyst.identification.facts import spread
 from dehyst.identification.threads import single_blas
+from dehyst.shell import command
 
 # Where one cause explains as much as another, the first one is named: the simpler, and rate-independent ones first.
 TITLES = {
@@ -441,11 +442,12 @@ def _cure(cause: Cause, found: Residual, knows_time: bool) -> str:
     where = "the samples held out" if held else "the samples"
     fitted = "Let loops {} be part of what is fitted (--train-fraction), or see" if held else "See"
     fitted += " whether another family does better (dehyst compare)."
+    limit = min(50, max(1, math.ceil(2 * cause.size_percent))) / 100
     cures = {
         "offset": (
             f"The zero of {where} is not that of the model: check the zero of the sensor, warm up before logging, or "
             f"let an offset follow the last cycle in use, up to twice this one "
-            f"(dehyst export --follow-offset {min(50, max(1, math.ceil(2 * cause.size_percent))) / 100:g})."
+            f"({command('export', 'MODEL.json', target='c', out='DIR', follow_offset=f'{limit:g}')})."
         ),
         "drift": "Warm up before logging, log longer, and log what may cause it, such as a temperature.",
         "position": fitted.format("over the whole range"),

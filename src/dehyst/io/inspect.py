@@ -25,7 +25,7 @@ from dehyst.io.formats import PathLike, read_table
 from dehyst.io.frames import is_frame
 from dehyst.io.select import WHOLE, context, read_pair
 from dehyst.io.table import Table, measured
-from dehyst.shell import typed
+from dehyst.shell import command
 from dehyst.units import dimension, words
 
 # How well a dimension drives and follows: pressure drives, angle follows, length does both.
@@ -287,14 +287,9 @@ def _command(
         return ""
     if is_frame(path):
         return f"dehyst.identify(dehyst.Recording.from_frame(df, input={x!r}, output={y!r}))"
-    parts = ["dehyst", "identify", str(Path(path)), "--input", x, "--output", y]
-    if run is not None:
-        parts += ["--run", run]
-    if time_unit is not None:
-        parts += ["--time-unit", str(time_unit)]
-    if any("--train-fraction 1" in finding.message for finding in findings):  # a single loop
-        parts += ["--train-fraction", "1"]
-    return typed(parts)
+    single = any("--train-fraction 1" in finding.message for finding in findings)
+    share = "1" if single else None
+    return command("identify", Path(path), input=x, output=y, run=run, time_unit=time_unit, train_fraction=share)
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ from dehyst.report.page import write_figures_of, write_page
 from dehyst.report.parts import Page, Section, Step, Tile, tables_section, warnings_section
 from dehyst.report.tables import tables
 from dehyst.report.text import number, short, with_unit
-from dehyst.shell import quoted, visible_lines
+from dehyst.shell import command, visible_lines
 
 
 def write_report(
@@ -149,10 +149,11 @@ def next_steps(fit: Fit, model_file: str | os.PathLike[str] | None) -> tuple[Ste
     """Return what to type next."""
     rec = fit.recordings[0]
     name = visible_lines(os.fspath(model_file)) if model_file is not None else "model.json"
-    file = quoted(name)
-    x, y = (quoted(_column(rec, role)) for role in ("input", "output"))
+    x, y = (_column(rec, role) for role in ("input", "output"))
+    needs = dict.fromkeys(fit.model.needs, "COLUMN")
     x_unit, y_unit = _one_line(rec.input_unit) or "its unit", _one_line(rec.output_unit) or "its unit"
-    simulate = Step("What the model says about another log", f"dehyst simulate {file} other_log.csv --input {x}")
+    line = command("simulate", name, "other_log.csv", input=x, **needs)
+    simulate = Step("What the model says about another log", line)
     head = f"import dehyst\n\nmodel = dehyst.load({name!r})\n# input in {x_unit}, output in {y_unit}\n"
     at, period = (", time", f"{_period(fit):g}") if fit.model.rate_dependent else ("", "")
     one = "".join(f", {each}={each}_k" for each in fit.model.needs)
@@ -172,7 +173,7 @@ def next_steps(fit: Fit, model_file: str | os.PathLike[str] | None) -> tuple[Ste
         steps = [
             Step(
                 "The input that makes the actuator follow a reference",
-                f"dehyst compensate {file} reference.csv --output {y}",
+                command("compensate", name, "reference.csv", output=y, **needs),
             ),
             simulate,
             Step(

@@ -30,6 +30,7 @@ from dehyst.app.studio.commands import SIGNALS, words_of
 from dehyst.app.studio.guard import Guard
 from dehyst.app.studio.work import Workers
 from dehyst.errors import DehystError, ParameterError
+from dehyst.shell import command as line_of
 from dehyst.shell import typed, visible
 from dehyst.version import __version__
 
@@ -239,7 +240,7 @@ async def take(studio: Studio, request: Request) -> Response:
                 stream.write(part)
     except OSError as fault:
         shutil.rmtree(room, ignore_errors=True)
-        words = f"'{name}' could not be kept: {fault.strerror}. Free some space, or type: dehyst studio {typed([name])}"
+        words = f"'{name}' could not be kept: {fault.strerror}. Free some space, or type: {line_of('studio', name)}"
         return JSONResponse({"error": words, "kind": "OutputError"}, status_code=507)
     return JSONResponse(studio.about(studio.keep(path, log=True)))
 
@@ -247,7 +248,7 @@ async def take(studio: Studio, request: Request) -> Response:
 def _too_large(studio: Studio, name: str) -> Response:
     words = (
         f"'{name}' has more than {studio.limit >> 20} MB, the most that the page copies. Name it on the command line, "
-        f"where it is read in place: dehyst studio {typed([name])}"
+        f"where it is read in place: {line_of('studio', name)}"
     )
     return JSONResponse({"error": words, "kind": "LogError"}, status_code=413)
 
@@ -322,12 +323,12 @@ def _shown(words: list[str], folder: Path) -> str:
     """The same in a terminal: what lies in the temporary folder has its bare name."""
 
     def bare(word: str) -> str:
-        flag, _, path = word.rpartition("=")
-        return f"{flag}={Path(path).name}".lstrip("=") if folder in Path(path).parents else word
+        flag, equals, path = word.partition("=") if word.startswith("--") else ("", "", word)
+        return f"{flag}{equals}{Path(path).name}" if folder in Path(path).parents else word
 
     cut = words.index("--")
     options = [bare(word) for word in words[1:cut] if word != "--json"]
-    return typed(["dehyst", words[0], *map(bare, words[cut + 1 :]), *options])
+    return f"{line_of(words[0], *map(bare, words[cut + 1 :]))} {typed(options)}".rstrip()
 
 
 def _ended(studio: Studio, event: dict[str, Any], written: Mapping[str, Path]) -> dict[str, Any]:

@@ -19,6 +19,7 @@ from dehyst.robot.muscles.experiments import free_contraction
 from dehyst.robot.muscles.parameters import parameter_names
 from dehyst.robot.muscles.registry import muscle_class
 from dehyst.robot.muscles.search import Found, refine, search
+from dehyst.shell import command
 
 FOLDS = 4
 FLAT = 1e-6  # relative range of a force that does not vary
@@ -340,7 +341,7 @@ def _findings(fit: MuscleFit) -> tuple[Finding, ...]:
                 "muscle-at-bound",
                 f"{', '.join(fit.at_bound)} ended at a bound of the search. Where that is zero, the log shows nothing "
                 f"of it; elsewhere the muscle wants a value that has no meaning in this model, or the log's units are "
-                f"wrong. The bounds: dehyst muscle {model.name} --json",
+                f"wrong. The bounds: {command('muscle', model.name, json=True)}",
             )
         )
     return tuple(found)

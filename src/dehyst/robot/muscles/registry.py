@@ -16,6 +16,7 @@ from dehyst.robot.muscles.braided import BoblanMartens, ChouHannaford, DavisCald
 from dehyst.robot.muscles.conical import Kerscher, TonduLopez, TonduZagal
 from dehyst.robot.muscles.elements import Reynolds, VoMinh
 from dehyst.robot.muscles.maps import AschemannSchindele, Maker, Sarosi
+from dehyst.shell import command
 
 MODELS: dict[str, type[MuscleModel]] = {  # maps first, then what adds friction, speed and memory
     kind.name: kind
@@ -155,7 +156,5 @@ def _content(path: Path) -> dict[str, Any]:
 
 
 def _refused(path: str | os.PathLike[str], what: str) -> ModelFileError:
-    return ModelFileError(
-        f"muscle file '{path}' {what}. Write it again: dehyst muscle MODEL --log LOG --save {Path(path).name}",
-        path=str(path),
-    )
+    line = command("muscle", "MODEL", log="LOG", save=Path(path).name)
+    return ModelFileError(f"muscle file '{path}' {what}. Write it again: {line}", path=str(path))
