@@ -259,6 +259,12 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "with its copy, or a block was sent twice. It counts once. Two recordings that share samples are refused.",
             "Remove the copy.",
         ),
+        "saturated-input": (
+            "The input stands exactly at its extreme value in more than {IN_RESTS:%} of the samples, while the output "
+            "goes on and comes back before the input moves: the input's sensor is at the end of its range, or "
+            "something else moves the output there. In a hold the output only creeps on.",
+            "Log with a larger range of the sensor, or with a smaller motion.",
+        ),
         "saturated-output": (
             "The output stands at its extreme value in more than {STUCK_SHARE:%} of the samples while "
             "the input still pushes outward: end of the sensor's range, or a mechanical stop.",

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 import dehyst._native as _native
 from dehyst.arrays import Array, Mask, Rows
+from dehyst.data.clipping import about_clipping
 from dehyst.data.loops import turning_points
 from dehyst.data.outliers import bridged, find_outliers
 from dehyst.data.ranges import robust_range
@@ -253,6 +254,9 @@ def mended(record: Recording, cut: bool = True) -> Recording:
     ((50,), 'outlier', True)
     """
     record = _bridged(record)
+    if all(finding.code != "saturated-input" for finding in record.findings):
+        x, y, unit = record.input, record.output, record.input_unit
+        record = record.with_findings(*about_clipping(record.input_name, record.name, x, y, unit))
     found = _ended(record, cut)
     if found is None or found[0] in record.left_out:
         return record

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from dehyst.arrays import Array
+from dehyst.data.clipping import about_clipping, rests
 from dehyst.data.loops import summarise_loops
 from dehyst.errors import ExcitationError, RecordingError
 from dehyst.findings import Finding
@@ -66,31 +67,22 @@ def stuck_share(x: Array, y: Array) -> tuple[float, float]:
 
     A play stands still after the input has turned; a saturated sensor stands still before. Only the latter counts.
     """
-    extremes = [(level, _rests(y, level)) for level in (float(y.max()), float(y.min()))]
+    extremes = [(level, rests(y, level)) for level in (float(y.max()), float(y.min()))]
     worst = (0.0, extremes[0][0])
-    if not any(rests for _, rests in extremes):
+    if not any(there for _, there in extremes):
         return worst
     centred = x - x.mean()
     sign = np.sign(float(np.dot(centred, y - y.mean()))) or 1.0
     span = float(np.ptp(x))
-    for (level, rests), outward in zip(extremes, (sign, -sign), strict=True):
+    for (level, stretches), outward in zip(extremes, (sign, -sign), strict=True):
         total = 0
-        for first, last in rests:
+        for first, last in stretches:
             push = outward * (x[first:last] - x[first])
             if float(push.max()) > 0.05 * span:
                 total += last - first
         if total / y.size > worst[0]:
             worst = (total / y.size, level)
     return worst
-
-
-def _rests(y: Array, level: float) -> list[tuple[int, int]]:
-    """Stretches of three samples or more at exactly this level: first and behind the last."""
-    at = np.flatnonzero(y == level)
-    cuts = np.flatnonzero(np.diff(at) > 1) + 1
-    firsts, lasts = at[np.concatenate(([0], cuts))], at[np.concatenate((cuts - 1, [at.size - 1]))] + 1
-    long = lasts - firsts >= 3
-    return list(zip(firsts[long].tolist(), lasts[long].tolist(), strict=True))
 
 
 def levels(values: Array) -> int:
@@ -119,6 +111,7 @@ def check_pair(table: Table, columns: Sequence[str], samples: Samples) -> list[F
     return [
         *_held(table, signals, samples.time),
         *_stuck(table, y_name, x, y),
+        *_clipped(table, x_name, x, y),
         *_coarse(table, signals),
         *_few_loops(table, x_name, x),
         *_swapped(table, x_name, y_name),
@@ -173,6 +166,12 @@ def _stuck(table: Table, y_name: str, x: Array, y: Array) -> list[Finding]:
             f"What happens beyond cannot be learned or inverted. Reduce the input's range, or cut it away.",
         )
     ]
+
+
+def _clipped(table: Table, x_name: str, x: Array, y: Array) -> list[Finding]:
+    if levels(x) <= COARSE_LEVELS:  # a coarse converter stands at its top level while the input turns there
+        return []
+    return about_clipping(x_name, table.name, x, y, table.units.get(x_name, ""))
 
 
 def _coarse(table: Table, signals: Signals) -> list[Finding]:
