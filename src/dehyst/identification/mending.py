@@ -256,7 +256,8 @@ def mended(record: Recording, cut: bool = True) -> Recording:
     record = _bridged(record)
     if all(finding.code != "saturated-input" for finding in record.findings):
         x, y, unit = record.input, record.output, record.input_unit
-        record = record.with_findings(*about_clipping(record.input_name, record.name, x, y, unit))
+        said = about_clipping(record.input_name, record.name, x, y, unit)
+        record = record.with_findings(*said) if said else record
     found = _ended(record, cut)
     if found is None or found[0] in record.left_out:
         return record
