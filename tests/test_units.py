@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from dehyst.errors import UnitError
-from dehyst.units import TABLE, canonical, convert, dimension, parse_unit
+from dehyst.units import TABLE, canonical, convert, dimension, parse_unit, stray_suffixes
 
 
 @pytest.mark.parametrize(
@@ -119,3 +119,7 @@ def test_a_gradient_is_no_angle() -> None:
 )
 def test_a_name_that_is_a_unit_of_time_is_both(name: str, unit: str) -> None:
     assert parse_unit(name) == (name, unit)
+
+
+def test_a_rate_has_no_stray_ending():
+    assert stray_suffixes(["time_s", "velocity_mm_s", "omega_deg_s", "speed_m_s"]) == frozenset()

@@ -269,7 +269,7 @@ def stray_suffixes(names: Sequence[str]) -> frozenset[str]:
     for name in names:
         bare, _, suffix = name.rpartition("_")
         unit = parse_unit(name)[1] if suffix.lower() in _HINTED else ""
-        if not unit or DIMENSION[unit] == "time":  # what counts time is asked for where the clock is chosen
+        if DIMENSION.get(unit, "time") == "time":  # what counts time is asked for where the clock is chosen
             continue
         letters = endings.get(bare.lower(), set())
         if any(letter.isalpha() and letter not in DIMENSION for letter in letters if letter != suffix):
