@@ -158,7 +158,12 @@ def numbers_of(values: npt.NDArray[Any]) -> Column:
 
 def _texts_of(values: npt.NDArray[Any]) -> npt.NDArray[np.str_]:
     """Texts without blanks around them."""
-    text = values.astype(np.str_) if values.dtype.kind == "U" else np.char.decode(values, "latin-1")
+    if values.dtype.kind == "U":
+        return np.asarray(np.char.strip(values))
+    try:
+        text = np.char.decode(values, "utf-8")
+    except UnicodeDecodeError:
+        text = np.char.decode(values, "latin-1")
     return np.asarray(np.char.strip(text))
 
 
