@@ -284,6 +284,24 @@ def test_ros_bags(tmp_path, kind):
     assert len(str(rec.provenance["sha256"])) == 64
 
 
+def test_durations_of_messages_count_nanoseconds(tmp_path):
+    pytest.importorskip("rosbags", reason="the extra dehyst[ros] is not installed")
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.LATEST)
+    point = store.types["trajectory_msgs/msg/JointTrajectoryPoint"]
+    duration, empty = store.types["builtin_interfaces/msg/Duration"], np.zeros(0)
+    with Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as out:
+        topic = out.add_connection("/p", point.__msgtype__, typestore=store)
+        for k in range(N):
+            after = duration(sec=0, nanosec=10_000_000 * (k + 1))
+            message = point(np.array([X[k], Y[k]]), empty, empty, empty, time_from_start=after)
+            out.write(topic, 10**18 + 999 * k, store.serialize_cdr(message, point.__msgtype__))
+    rec = read_log(tmp_path / "bag", "/p.positions[0]", "/p.positions[1]", time="/p.time_from_start")
+    np.testing.assert_allclose(rec.time - rec.time[0], T, atol=1e-9)
+
+
 def test_a_missing_extra_names_the_line_to_type(tmp_path, monkeypatch):
     monkeypatch.setattr(
         "importlib.import_module", lambda name: (_ for _ in ()).throw(ModuleNotFoundError(f"No module named {name!r}"))

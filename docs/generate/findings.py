@@ -140,7 +140,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         ),
         "attributes-left": (
             "Attributes of an HDF5 or netCDF file look as if they changed its numbers (`gain`, `offset`), but no "
-            "convention says how, or they cannot be right. They were not applied.",
+            "convention says how, or they cannot be right; or a TDMS channel has a scale that is not known. They were "
+            "not applied.",
             "Where they belong to the numbers, convert these yourself, or write the attributes as the CF conventions "
             "name them.",
         ),

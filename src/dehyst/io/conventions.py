@@ -298,7 +298,7 @@ class Attributes:
         """Add a dataset to the columns of its file."""
         reading = interpret(stored, attributes, unwritten)
         one = reading.units[0] if len(reading.units) == 1 else ""
-        names = self.log.add(path, reading.values, one)
+        names = [name for name in self.log.add(path, reading.values, one) if name in self.log.columns]
         if len(reading.units) == len(names) > 1:
             columns = zip(names, reading.units, strict=True)
             self.log.units.update({name: canonical(unit) or unit for name, unit in columns if unit})

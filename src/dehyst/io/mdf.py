@@ -48,7 +48,8 @@ def _add_group(found: Collector, file: Any, number: int) -> None:
         # Left to itself, asammdf drops invalid samples of each channel, which then no longer belong to one clock.
         signal = file.get(group=number, index=index, ignore_invalidation_bits=True)
         names = _add_samples(found, channel.name, signal.samples, signal.unit or "", _invalid(channel, signal))
-        fitting = [name for name in names if signal.timestamps.size == found.columns[name].size]
+        sizes = {name: found.columns[name].size for name in names if name in found.columns}
+        fitting = [name for name, size in sizes.items() if size == signal.timestamps.size]
         if fitting and by_time and not clock:
             clock = next(iter(found.add(label, signal.timestamps, "s")), "")
         found.clocks.update({name: clock for name in fitting if clock})

@@ -26,6 +26,10 @@ BATCH = 1000  # messages that are read under one time limit
 Message = tuple[str, dict[str, float], float]  # topic, numbers by path, share of the messages read so far
 
 
+class Nanoseconds(float):
+    """A time or a duration of a message."""
+
+
 def fill(found: Collector, data: bytes, path: Path) -> None:
     """Add every topic of a bag."""
     _add_topics(found, _messages(path, None))
@@ -44,7 +48,7 @@ def _messages(path: Path, topic: str | None) -> Iterator[Message]:
         ]
         total = max(1, sum(c.msgcount for c in wanted))
         for k, (connection, received, raw) in enumerate(reader.messages(connections=wanted) if wanted else (), 1):
-            row: dict[str, float] = {"bag_time": float(received)}
+            row: dict[str, float] = {"bag_time": Nanoseconds(received)}
             _flatten(row, "", reader.deserialize(raw, connection.msgtype), 0)
             yield visible(connection.topic), row, k / total
 
@@ -61,7 +65,7 @@ def _flatten(row: dict[str, float], path: str, value: Any, depth: int) -> None:
         fields = [name for name in value.__dataclass_fields__ if name != "__msgtype__"]
         if set(fields) == {"sec", "nanosec"}:
             # Nanoseconds since 1970 as one float keep 256 ns: far below any sampling of a bag.
-            row[path] = float(value.sec * 1_000_000_000 + value.nanosec)
+            row[path] = Nanoseconds(value.sec * 1_000_000_000 + value.nanosec)
             return
         for name in fields:
             _flatten(row, f"{path}.{name}" if path else name, getattr(value, name), depth + 1)
@@ -78,7 +82,8 @@ def _add_topics(found: Collector, messages: Iterable[Message]) -> list[str]:
         stamp = columns.get("header.stamp")
         trusted = stamp is not None and stamp.size > 1 and bool(np.all(stamp > 0) and np.mean(np.diff(stamp) > 0) > 0.5)
         for name, values in columns.items():
-            found.add(f"{topic}.{name}", values, "ns" if name in {"bag_time", "header.stamp"} else "")
+            first = next(row[name] for row in rows if name in row)
+            found.add(f"{topic}.{name}", values, "ns" if isinstance(first, Nanoseconds) else "")
         clock = f"{topic}.{'header.stamp' if trusted else 'bag_time'}"
         found.clocks.update({f"{topic}.{name}": clock for name in columns})
     return list(topics)
