@@ -69,6 +69,6 @@ def _note_scale(found: Collector, name: str, properties: Mapping[str, Any]) -> N
         Finding(
             "attributes-left",
             f"'{name}' of {found.name} is stored with the scale {', '.join(sorted(kinds - SCALES))}, which is not "
-            f"known here: its numbers are as stored, perhaps counts. Export the scaled values from LabVIEW, if they differ.",
+            f"known here: its numbers are as stored. Export them scaled from LabVIEW, if they are counts.",
         )
     )
