@@ -734,7 +734,7 @@ MODULES = (
     "identification/plays identification/procedure identification/refine identification/regressors "
     "identification/residual identification/scores identification/selection identification/settings identification/shear "
     "identification/short_signal identification/split identification/static_curve identification/tracking io/cells "
-    "io/checks io/clean io/clocks io/columns io/delimited io/layout io/logs io/order io/plain io/select "
+    "io/checks io/clean io/clocks io/columns io/delimited io/layout io/logs io/order io/pairs io/plain io/select "
     "io/table io/time_units io/text "
     "io/inspect models/arrays models/base models/card models/model models/monotone models/prandtl_ishlinskii "
     "models/machine models/unknown models/offset models/parameters models/storage files version "

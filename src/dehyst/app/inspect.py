@@ -50,9 +50,11 @@ def run_inspect(request: InspectRequest) -> None:
     out.print()
     print_columns(out, summary.columns)
     print_findings(summary.findings)
+    if summary.doubt:
+        out.print(f"\nnot sure: {summary.doubt}", soft_wrap=True)
     print_end(summary.command or "")
     if not summary.command and summary.input and summary.output:
-        out.print("next: cure what the last warning names, and inspect again")
+        out.print("next: name two columns that can be read together: --input COLUMN --output COLUMN")
     elif not summary.command:
         out.print("no pair of columns looks like input and output; name them: --input COLUMN --output COLUMN")
 

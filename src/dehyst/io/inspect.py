@@ -18,23 +18,17 @@ from dehyst.arrays import Array
 from dehyst.data.loops import gap_limit, turning_points
 from dehyst.errors import DehystError, TimeError
 from dehyst.findings import Finding
-from dehyst.io.checks import BETWEEN_WORDS, COMMAND_WORDS, hold_length, is_constant
+from dehyst.io.checks import is_constant
 from dehyst.io.clocks import choose_clock, clock_names, newest_first, seconds, unit_finding, with_time_unit
-from dehyst.io.columns import count_runs, run_column, select_run
+from dehyst.io.columns import count_runs, select_run
 from dehyst.io.formats import PathLike, read_table
 from dehyst.io.frames import is_frame
+from dehyst.io.pairs import Proposal, Role, propose
 from dehyst.io.select import WHOLE, context, read_pair
 from dehyst.io.table import Table, measured
 from dehyst.shell import command
-from dehyst.units import dimension, words
 
-# How well a dimension drives and follows: pressure drives, angle follows, length does both.
-INPUT_POINTS = {"pressure": 6.0, "voltage": 6.0, "current": 5.0, "length": 2.0, "angle": 1.5, "force": 0.5}
-OUTPUT_POINTS = {"angle": 5.0, "length": 4.0, "force": 4.0, "torque": 4.0, "pressure": 0.5}
-CLEAR = 1.0  # points by which a pair leads all others if names and units leave no choice
-CANDIDATES = 20  # pairs grow with the square, and a bag may hold thousands of columns
-INPUT_WORDS = frozenset(words("input u x pressure voltage current drive valve command"))
-OUTPUT_WORDS = frozenset(words("output y angle displacement position force tilt contraction strain length measured"))
+TRIED = 4  # pairs: the best that can be read is proposed
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +121,8 @@ class LogSummary:
         Line to type next, "" if no pair was found, or it cannot be read.
     findings
         What reading found, and what reading this input and output would find and cure.
+    doubt
+        Which other pairs are as likely, in a sentence; "" for none.
     """
 
     name: str
@@ -140,6 +136,7 @@ class LogSummary:
     clear: bool
     command: str
     findings: tuple[Finding, ...]
+    doubt: str = ""
 
 
 def inspect_log(path: PathLike, run: str | None = None, *, time_unit: str | float | None = None) -> LogSummary:
@@ -182,9 +179,10 @@ def inspect_log(path: PathLike, run: str | None = None, *, time_unit: str | floa
     paired = {name: v for name, v in rows.items() if v.size == values[name].size}
     clocks = clock_names(table)
     turns = {name: max(0, turning_points(v).size - 2) for name, v in values.items()}
-    roles, x, y, clear = guess_roles(table, values, paired, turns, clocks)
-    columns = tuple(_summarise(table, name, rows, values, turns, roles, mask) for name in table.order)
-    findings, readable = _findings(table, x, y, chosen)
+    proposal = propose(table, values, paired, turns, clocks)
+    proposal, findings, readable = _readable(table, proposal, chosen)
+    x, y = proposal.pairs[0][:2] if proposal.pairs else (None, None)
+    columns = tuple(_summarise(table, name, rows, values, turns, proposal.roles, mask) for name in table.order)
     return LogSummary(
         name=table.name,
         rows=int(mask.sum()),
@@ -194,10 +192,22 @@ def inspect_log(path: PathLike, run: str | None = None, *, time_unit: str | floa
         sampling=_sampling(table, x, rows, clocks),
         input=x,
         output=y,
-        clear=clear,
+        clear=proposal.clear,
         command=_command(path, x, y, chosen if len(runs or ()) > 1 else None, time_unit, findings) if readable else "",
         findings=findings,
+        doubt=proposal.doubt,
     )
+
+
+def _readable(table: Table, proposal: Proposal, run: str | None) -> tuple[Proposal, tuple[Finding, ...], bool]:
+    """Return the proposal led by its best pair that can be read, what reading finds, and whether there is one."""
+    tried = []
+    for pair in proposal.pairs[:TRIED]:
+        findings, readable = _findings(table, pair.input, pair.output, run)
+        if readable:
+            return proposal.led_by(pair), findings, True
+        tried.append(findings)
+    return (proposal, tried[0], False) if tried else (proposal, *_findings(table, None, None, run))
 
 
 def _findings(table: Table, x: str | None, y: str | None, run: str | None) -> tuple[tuple[Finding, ...], bool]:
@@ -290,99 +300,3 @@ def _command(
     single = any("--train-fraction 1" in finding.message for finding in findings)
     share = "1" if single else None
     return command("identify", Path(path), input=x, output=y, run=run, time_unit=time_unit, train_fraction=share)
-
-
-@dataclass(frozen=True, slots=True)
-class Role:
-    """What a column looks like, and why: "time", "run", "input", "output" or ""."""
-
-    role: str
-    reason: str
-
-
-def _points(table: Table, name: str, values: Array, turns: int) -> tuple[float, float, str]:
-    """Points as input and as output, and what they rest on."""
-    bare, unit = table.label(name)
-    kind = dimension(unit)
-    spoken = set(words(bare))
-    into = INPUT_POINTS.get(kind, 0.0) + bool(spoken & INPUT_WORDS)
-    out = OUTPUT_POINTS.get(kind, 0.0) + bool(spoken & OUTPUT_WORDS)
-    reasons = [f"{kind} [{unit}]"] if kind else []
-    if spoken & COMMAND_WORDS:
-        # A command of the output's own kind is the input; beside a measured pressure it is second choice.
-        into += 3.0 if kind not in {"pressure", "voltage", "current"} else -0.5
-        out -= 4.0
-        reasons.append("named like a command")
-    if spoken & {"velocity", "speed", "rate", "acceleration", "aux"}:
-        into, out = into - 3.0, out - 3.0
-        reasons.append("a rate or auxiliary signal")
-    if spoken & BETWEEN_WORDS:
-        into += 0.5
-        reasons.append("interpolated between updates")
-    hold = hold_length(values)
-    if hold > 1.0:
-        into, out = into - 1.0, out - 1.0
-        reasons.append(f"held for {hold:.0f} samples at a time")
-    if turns < 1:
-        into -= 2.0
-        reasons.append("never turns")
-    return into, out, ", ".join(reasons)
-
-
-def _relation(x: Array, y: Array) -> float:
-    """Strength of the linear relation of two signals, 0 to 1."""
-    size = min(x.size, y.size)
-    if size < 3 or x.size != y.size or is_constant(x) or is_constant(y):
-        return 0.0
-    a, b = x - x.mean(), y - y.mean()
-    scale = float(np.linalg.norm(a) * np.linalg.norm(b))
-    return abs(float(np.dot(a, b))) / scale if scale > 0 else 0.0
-
-
-def guess_roles(
-    table: Table, values: dict[str, Array], paired: dict[str, Array], turns: dict[str, int], clocks: list[str]
-) -> tuple[dict[str, Role], str | None, str | None, bool]:
-    """Role of every column, the best pair of input and output, and whether names and units leave no other choice.
-
-    `values` are the finite samples of each column in the run, `paired` the same columns row by row, `turns` how often
-    they turn, `clocks` the columns that look like time.
-    """
-    roles = {name: Role("time", "named or stepping like time") for name in clocks}
-    runs = run_column(table)
-    if runs is not None:
-        roles[runs] = Role("run", "tells recordings apart")
-    free = [n for n, v in values.items() if n not in roles and v.size >= 4 and not is_constant(v)]
-    points = {name: _points(table, name, values[name], turns[name]) for name in free}
-    best: tuple[float, str | None, str | None] = (0.0, None, None)
-    drivers = sorted(free, key=lambda n: -points[n][0])[:CANDIDATES]
-    followers = sorted(free, key=lambda n: -points[n][1])[:CANDIDATES]
-    place = {name: k for k, name in enumerate(table.order)}
-    for x in drivers:
-        for y in followers:
-            if x == y:
-                continue
-            score = points[x][0] + points[y][1]
-            if score > 0:
-                score += 1.5 * _relation(paired.get(x, values[x]), paired.get(y, values[y]))
-            # Unknown names: earlier columns tend to be the cause.
-            score += 0.01 * (place[y] > place[x])
-            if score > best[0]:
-                best = (score, x, y)
-    for name, role in ((best[1], "input"), (best[2], "output")):
-        if name is not None:
-            roles[name] = Role(role, points[name][2] or "the best match by its order and its movement")
-    for name in free:
-        roles.setdefault(name, Role("", points[name][2]))
-    for name in values:
-        roles.setdefault(name, Role("", "constant" if values[name].size else "empty"))
-    return roles, best[1], best[2], _leads(points, best[1], best[2])
-
-
-def _leads(points: dict[str, tuple[float, float, str]], x: str | None, y: str | None) -> bool:
-    """Whether a pair leads every other one by `CLEAR`, movement and order left out: these decide too little."""
-    if x is None or y is None:
-        return False
-    drivers = sorted(points, key=lambda name: -points[name][0])[:3]
-    followers = sorted(points, key=lambda name: -points[name][1])[:3]
-    others = [points[a][0] + points[b][1] for a in drivers for b in followers if a != b and (a, b) != (x, y)]
-    return points[x][0] + points[y][1] >= CLEAR + max(others, default=-np.inf)
