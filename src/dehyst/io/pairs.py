@@ -41,6 +41,7 @@ SIDE_WORDS = frozenset(words("velocity speed rate acceleration aux noise status 
 # Points of the movement.
 FOLLOWS = 3.0  # one signal follows the other wholly
 LEADS = 0.3  # the output comes later
+SURE = 20.0  # by the area of its loops over the way of the input, so many times
 COPIES = 6.0  # one is the other in another unit, or filtered: less than a hundredth of it is left
 COPY = 1e-4
 NOISY = 0.6  # of what white noise moves from sample to sample: a quantity that is kept constant
@@ -153,8 +154,8 @@ def _ranked(table: Table, points: dict[str, Points], signals: dict[str, Array], 
         total = points[x].into + points[y].out + _movement(signals[x], signals[y], points[x], points[y])
         total += 0.01 * (place[y] > place[x])  # of unknown names earlier columns tend to be the cause
         found.append(Pair(x, y, total))
-    found.sort(key=lambda pair: -round(pair.points, 6))  # of equal ones the first columns
-    return tuple(found if len(points) == 2 else [pair for pair in found if pair.points > 0.0])
+    ranked = sorted(found, key=lambda pair: -round(pair.points, 6))  # of equal ones the first columns
+    return tuple(pair for pair in ranked if pair.points > 0.0 or len(points) == 2)
 
 
 def _movement(x: Array, y: Array, driver: Points, follower: Points) -> float:
@@ -175,7 +176,7 @@ def _movement(x: Array, y: Array, driver: Points, follower: Points) -> float:
     # The loop of a signal that comes later runs counter-clockwise.
     area = float(np.mean(a[:-1] * b[1:] - a[1:] * b[:-1])) * (1.0 if straight >= 0.0 else -1.0)
     way = float(np.mean(np.abs(np.diff(a)))) + 1e-300
-    return total + LEADS * float(np.clip(20.0 * area / way, -1.0, 1.0))
+    return total + LEADS * min(max(SURE * area / way, -1.0), 1.0)
 
 
 def _standard(values: Array) -> Array:
