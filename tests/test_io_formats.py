@@ -360,3 +360,58 @@ def test_a_matrix_beside_a_time_vector_keeps_all_its_columns(tmp_path):
     rec = read_log(tmp_path / "log.npz", "data_2", "data_1")
     np.testing.assert_array_equal(rec.time, t)
     np.testing.assert_array_equal(rec.output, 3 * t)
+
+
+def opaque(name, kind, version):
+    """A MAT file whose only variable is an object of a class, as MATLAB writes it."""
+    if version == "7.3":
+        stream = io.BytesIO()
+        with h5py.File(stream, "w", userblock_size=512) as out:
+            node = out.create_dataset(name, data=np.array([[3707764736, 2, 1, 1, 1, 1]], "u4"))
+            node.attrs["MATLAB_class"], node.attrs["MATLAB_object_decode"] = np.bytes_(kind), np.int32(3)
+        return b"MATLAB 7.3 MAT-file".ljust(512) + stream.getvalue()[512:]
+
+    def element(code, data):
+        return np.array([code, len(data)], "<u4").tobytes() + data + b"\0" * (-len(data) % 8)
+
+    words = [element(1, word.encode()) for word in (name, "MCOS", kind)]
+    flags = element(6, np.array([17, 0], "<u4").tobytes())
+    head = b"MATLAB 5.0 MAT-file".ljust(124) + b"\0\1IM"
+    return head + element(14, flags + b"".join(words))
+
+
+@pytest.mark.parametrize("version", ["6", "7.3"])
+@pytest.mark.parametrize(
+    ("kind", "cure"),
+    [
+        ("table", "s = table2struct(log1, 'ToScalar', true);"),
+        ("timetable", "seconds(log1.Properties.RowTimes - log1.Properties.RowTimes(1))"),
+        ("timeseries", "s = struct('time', log1.Time, 'data', squeeze(log1.Data))"),
+        ("string", "log1 = cellstr(log1);"),
+        ("containers.Map", "s = cell2struct(values(log1), matlab.lang.makeValidName(keys(log1)), 2)"),
+        ("datetime", "log1 = seconds(log1 - log1(1));"),
+        ("rig.Own", "struct('time', log1.Time, 'data', log1.Data)"),
+    ],
+)
+def test_a_file_that_holds_only_an_object_of_matlab_says_its_class_and_the_line_that_saves_it(
+    tmp_path, kind, cure, version
+):
+    (tmp_path / "log.mat").write_bytes(opaque("log1", kind, version))
+    with pytest.raises(LogError) as caught:
+        read_table(tmp_path / "log.mat")
+    assert f"log1 in log.mat is a MATLAB object of class {kind}" in str(caught.value) and cure in str(caught.value)
+    assert "delimiter" not in str(caught.value)
+
+
+def test_a_file_without_signals_names_what_it_holds_and_no_delimiter(tmp_path):
+    savemat(tmp_path / "log.mat", {"fs": 100.0, "gain": 2.0})
+    with pytest.raises(LogError, match="single numbers it holds fs, gain") as caught:
+        read_table(tmp_path / "log.mat")
+    assert "delimiter" not in str(caught.value)
+
+
+@pytest.mark.parametrize("wanted", ["sensor[:,6]", "sensor[:, 6]", "sensor(:,7)"])
+def test_an_index_is_answered_with_the_column_that_it_means(tmp_path, wanted):
+    savemat(tmp_path / "log.mat", {"t": T, "sensor": np.outer(X, np.arange(1, 9))})
+    with pytest.raises(DehystError, match="did you mean 'sensor_7'"):
+        read_log(tmp_path / "log.mat", "sensor_1", wanted)

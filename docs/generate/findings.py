@@ -155,8 +155,9 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Type the names as they are shown, or rename the columns.",
         ),
         "matlab-object": (
-            "A variable of the MAT file is a MATLAB object (timeseries, table), which only MATLAB can read.",
-            "Save its numbers as a struct; the message shows the line.",
+            "A variable of the MAT file is a MATLAB object (table, timetable, string, containers.Map, ...), "
+            "which only MATLAB can read.",
+            "Save its numbers; the message shows the line to type for its class.",
         ),
     },
     "Reading a log: time": {
@@ -272,8 +273,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Reduce the input's range, or cut it away. What lies beyond cannot be learned.",
         ),
         "sheet": (
-            "A spreadsheet holds several sheets; the one with the most rows is read.",
-            "If another one is meant, save it as a file of its own.",
+            "A workbook holds several sheets; the one with the most numbers is read.",
+            "If another one is meant, name it: `--sheet NAME`, or its number (in Python `sheet=`).",
         ),
         "quantised-input": (
             "The input takes {COARSE_LEVELS} different values or fewer.",

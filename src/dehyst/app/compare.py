@@ -144,7 +144,8 @@ def _next(found: Comparison, request: CompareRequest) -> str:
     windows: dict[str, object] = {"run": list(request.runs), "from": list(request.start), "to": list(request.stop)}
     return command(
         "identify", *request.logs, input=request.input, output=request.output, time=request.time,
-        time_unit=request.time_unit, **windows, train_fraction=request.train_fraction, family=_named(found),
+        time_unit=request.time_unit, sheet=request.sheet, **windows, train_fraction=request.train_fraction,
+        family=_named(found),
         save="model.json", report="report.html",
     )  # fmt: skip
 

@@ -144,7 +144,7 @@ def _refuse_contradictions(request: ExportRequest) -> None:
 
 
 def _part(request: ExportRequest) -> Part:
-    return Part(request.run, request.start, request.stop, request.time)
+    return Part(request.run, request.start, request.stop, request.time, request.sheet)
 
 
 def _refuse_unknown_range(model: Model, request: ExportRequest) -> None:

@@ -157,7 +157,9 @@ def _open_streams(request: IdentifyRequest) -> list[ChunkedLog] | None:
             "--stream reads whole logs: --from and --to do not go with it. Leave them out, cut the log into files "
             "beforehand, or read it at once with --no-stream."
         )
-    large = request.stream is None and not windowed and is_large(request.logs)
+    if request.stream and request.sheet is not None:
+        raise ParameterError("--stream reads no workbooks: leave out --sheet, or --stream.")
+    large = request.stream is None and not windowed and request.sheet is None and is_large(request.logs)
     if not request.stream and not large:
         return None
     columns = request.input or "", request.output or "", request.time

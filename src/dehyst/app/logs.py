@@ -52,8 +52,8 @@ PACKED = {".gz": 4.0, ".parquet": 2.0, ".feather": 2.0}
 
 
 def part_of(request: SimulateRequest | MuscleRequest) -> dict[str, Any]:
-    """Time column, its unit and the window of a request, as all readers of logs take them."""
-    return {name: getattr(request, name) for name in ("time", "time_unit", "start", "stop")}
+    """Time column, its unit, the sheet and the window of a request, as all readers of logs take them."""
+    return {name: getattr(request, name) for name in ("time", "time_unit", "sheet", "start", "stop")}
 
 
 def parts_of(request: LogsRequest) -> list[dict[str, Any]]:
@@ -74,7 +74,8 @@ def parts_of(request: LogsRequest) -> list[dict[str, Any]]:
                 f"since samples that count twice would be fitted and tested at once. Write for example "
                 f"--from 0 --to 20 --from 35 --to 60."
             )
-    return [{"time": request.time, "time_unit": request.time_unit, "start": a, "stop": b} for a, b in bounds]
+    clock = {"time": request.time, "time_unit": request.time_unit, "sheet": request.sheet}
+    return [{**clock, "start": a, "stop": b} for a, b in bounds]
 
 
 def named_columns(command: str, request: R, quiet: bool) -> R:
@@ -90,7 +91,9 @@ def named_columns(command: str, request: R, quiet: bool) -> R:
     if request.input and request.output:
         return request
     log, run = request.logs[0], next(iter(request.runs), None)
-    summary = None if is_large(request.logs) else inspect_log(log, run, time_unit=request.time_unit)
+    summary = (
+        None if is_large(request.logs) else inspect_log(log, run, time_unit=request.time_unit, sheet=request.sheet)
+    )
     if summary is None or not summary.clear or summary.input is None or summary.output is None:
         raise _choice(command, log, summary)
     pair = request.input or summary.input, request.output or summary.output
@@ -170,7 +173,10 @@ def signals_of(
     for name, column in _schedules(request).items():
         signals[name] = []
         for log, run, record in read:
-            signal = read_signal(log, column, time=request.time, run=run, time_unit=request.time_unit, missing="drop")
+            signal = read_signal(
+                log, column, time=request.time, run=run, time_unit=request.time_unit, sheet=request.sheet,
+                missing="drop",
+            )  # fmt: skip
             values, found = schedule_values(name, column, signal, units.get(name, ""))
             units[name] = units.get(name) or found
             signals[name].append(at_samples(name, column, signal, values, record, len(record)))
@@ -195,8 +201,9 @@ def given_of(request: SimulateRequest, model: Model, signal: Signal) -> tuple[di
                 f"{_flag(name)} ({card.low:zg} to {card.high:zg} {card.unit})."
             )
         read = read_signal(
-            request.log, column, time=request.time, run=request.run, time_unit=request.time_unit, missing="drop"
-        )
+            request.log, column, time=request.time, run=request.run, time_unit=request.time_unit, sheet=request.sheet,
+            missing="drop",
+        )  # fmt: skip
         if card.unit in MASS_FACTORS or (card.unit and name == "load" and mass_unit(column, read.unit)):
             converted = schedule_values(name, column, read, card.unit)[0]
         else:

@@ -11,6 +11,7 @@ COMMON = {  # name of a field -> its flag and its help, the same in every comman
     "output": ("--output", "Column that responds; by default by names and units."),
     "time": ("--time", "Time column, if it is not found by itself."),
     "time_unit": ("--time-unit", "Unit of the time column, e.g. ms, or how many seconds one count is."),
+    "sheet": ("--sheet", "Sheet of a workbook, by name or number; by default the one with the most numbers."),
     "run": ("--run", "Run to use, if the log holds several."),
     "runs": ("--run", "Run to use, if a log holds several; repeat for more."),
     "start": ("--from", "Leave out samples before this time [s]."),
@@ -55,6 +56,7 @@ class LogsRequest:
     output: str | None = option()
     time: str | None = option()
     time_unit: str | None = option()
+    sheet: str | None = option()
     runs: tuple[str, ...] = option(default=())
     start: tuple[float, ...] = option(
         "Leave out samples before this time [s]; several parts: repeat --from and --to.", default=(), flag="--from"
@@ -118,6 +120,7 @@ class SimulateRequest:
     column: str | None = option(INPUT, flag="--input")
     time: str | None = option()
     time_unit: str | None = option()
+    sheet: str | None = option()
     run: str | None = option()
     start: float | None = option()
     stop: float | None = option()
@@ -148,6 +151,7 @@ class InspectRequest:
     log: Path = argument(LOG)
     run: str | None = option()
     time_unit: str | None = option()
+    sheet: str | None = option()
     json: bool = option(default=False)
 
 
@@ -223,6 +227,7 @@ class RigRequest:
     from_mjcf: Path | None = option("new: take links and joints from this MJCF file.")
     joint: int | None = option("fit: joint of the logs; a muscle alone is its first one. Else the first with muscles.")
     column: tuple[str, ...] = option("fit: column of a role, e.g. force=LoadCell_N; repeat.", (), metavar="ROLE=NAME")
+    sheet: str | None = option()
     run: str | None = option()
     test: tuple[Path, ...] = option("fit: a log that is not fitted but tested on; repeat.", ())
     out: Path | None = option("fit: file of the robot to write, with the numbers found.")
@@ -314,6 +319,7 @@ class ExportRequest:
     start: float | None = option()
     stop: float | None = option()
     time: str | None = option()
+    sheet: str | None = option()
     column: str | None = option("Its column that is the input of what is exported; else the model's.")
     controller: Path | None = option("Parameters of the joint controller, JSON.")
     period: float | None = option("Of a unit that depends on time: between two samples [s].")
@@ -391,6 +397,7 @@ class MuscleRequest:
     force: str = option("Column of the force.", "force")
     time: str | None = option()
     time_unit: str | None = option()
+    sheet: str | None = option()
     run: str | None = option()
     start: float | None = option()
     stop: float | None = option()

@@ -64,7 +64,9 @@ def fit(request: RigRequest) -> None:
         require_picture_name(request.figure)
     told, findings = _columns(request.column), list[Finding]()
     logs = [
-        read_rig_log(path, robot, number, told, findings, run=request.run, tested=path in request.test)
+        read_rig_log(
+            path, robot, number, told, findings, run=request.run, sheet=request.sheet, tested=path in request.test
+        )
         for path in (*request.logs, *request.test)
     ]
     with ask_progress("fitting", quiet=request.json):
@@ -97,10 +99,10 @@ def _columns(typed: tuple[str, ...]) -> dict[str, str]:
 
 def read_rig_log(
     path: Path, robot: Robot, number: int, told: Mapping[str, str], findings: list[Finding],
-    *, run: str | None = None, tested: bool = False,
+    *, run: str | None = None, sheet: str | None = None, tested: bool = False,
 ) -> RigLog:  # fmt: skip
     """Read a log; its columns tell which kind it is. `told`: role -> column, of pressure_2 also a number and unit."""
-    source, names = read_table(path), dict[str, str]()
+    source, names = read_table(path, sheet), dict[str, str]()
     held = re.fullmatch(r"([0-9.]+) ?([A-Za-z]+)", told.get("pressure_2", ""))
     for role in ROLES:
         if role == "pressure_2" and held:
@@ -120,7 +122,7 @@ def read_rig_log(
     elif moved and not joint and {"pressure", "force"} <= names.keys():
         request = MuscleRequest(
             contraction=names.get("contraction"), length_column=names[moved] if moved == "length" else None,
-            pressure=names["pressure"], force=names["force"], run=run,
+            pressure=names["pressure"], force=names["force"], run=run, sheet=sheet,
         )  # fmt: skip
         log, _ = read_bench_log(path, request, length)
         findings.extend(log.findings)
@@ -137,7 +139,7 @@ def read_rig_log(
     wanted = [role for role in (moved, "pressure", "pressure_2", "torque", "valve") if role in names]
     if quantity == "pressure":
         wanted = [moved, "pressure", "valve"]
-    columns = read_columns(path, {role: names[role] for role in wanted}, run=run)
+    columns = read_columns(path, {role: names[role] for role in wanted}, run=run, sheet=sheet)
     findings.extend(columns.findings)
     pressure = _si(columns, "pressure", "pressure", "Pa")
     if quantity == "pressure":

@@ -237,12 +237,13 @@ class Excerpt:
 
 @dataclass(frozen=True)
 class Part:
-    """Which part of a log: its run, times from and to [s], and the time column."""
+    """Which part of a log: its run, times from and to [s], the time column, the sheet of a workbook."""
 
     run: str | None = None
     start: float | None = None
     stop: float | None = None
     time: str | None = None
+    sheet: str | None = None
 
 
 ALL = Part()
@@ -258,7 +259,7 @@ def read_excerpt(log: Path, column: str, card: SignalCard, part: Part = ALL) -> 
     UnitError
         If the units cannot be converted.
     """
-    signal = read_signal(log, column, time=part.time, run=part.run, start=part.start, stop=part.stop)
+    signal = read_signal(log, column, time=part.time, run=part.run, start=part.start, stop=part.stop, sheet=part.sheet)
     values, findings = in_units_of(card, signal.values, signal.unit, f"'{signal.name}'")
     return Excerpt(np.asarray(values)[:MOST_EXCERPT], f"{log.name}, {signal.name}", (*signal.findings, *findings))
 

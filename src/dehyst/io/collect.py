@@ -39,7 +39,9 @@ class Collector:
     clocks: dict[str, str] = field(default_factory=dict)
     stamps: set[str] = field(default_factory=set)
     scalars: dict[str, float] = field(default_factory=dict)
+    refused: dict[str, str] = field(default_factory=dict)
     findings: list[Finding] = field(default_factory=list)
+    sheet: str | int | None = None  # of a workbook: what was asked for, then the name of what was read
 
     def add(self, path: str, value: Any, unit: str = "") -> list[str]:
         """Add an array under a path; return the names of the columns it became.
@@ -102,6 +104,8 @@ class Collector:
                 clocks=self.clocks,
                 stamps=frozenset(self.stamps),
                 scalars=self.scalars,
+                refused=self.refused,
+                sheet=str(self.sheet or ""),
                 findings=tuple(self.findings),
             )
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -46,6 +47,7 @@ def find_column(table: Table, wanted: str, role: str) -> str:
     names = list(table.columns)
     close = difflib.get_close_matches(wanted.lower(), [name.lower() for name in names], n=1, cutoff=0.5)
     hint = next((f"Did you mean '{name}'? " for name in names if close and name.lower() == close[0]), "")
+    hint = _indexed(table, wanted) or hint
     raise ColumnError(
         f"{table.name} has no {role} column '{wanted}'. {hint}{_available(table)}",
         column=wanted,
@@ -65,6 +67,16 @@ def _match(table: Table, wanted: str) -> list[str]:
         index = int(wanted[1:])
         return [table.order[index - 1]] if 1 <= index <= len(table.order) else []
     return []
+
+
+def _indexed(table: Table, wanted: str) -> str:
+    """Which column an index means: ``x[:,6]`` counts from 0 as Python does, ``x(:,7)`` from 1 as MATLAB does."""
+    match = re.fullmatch(r"(.+?)(?:\[:, *(\d+)\]|\(:, *(\d+)\))", wanted.strip())
+    if not match:
+        return ""
+    first = 1 if match[2] else 0
+    name = f"{match[1]}_{int(match[2] or match[3]) + first}"
+    return f"Its columns count from 1: did you mean '{name}'? " if name in table.columns else ""
 
 
 def _available(table: Table) -> str:
@@ -178,6 +190,7 @@ def provenance(
     return {
         "file": table.name,
         "sha256": table.sha256,
+        **({"sheet": table.sheet} if table.sheet else {}),
         **columns,
         "run_column": run_column(table) if run is not None else None,
         "run": run,

@@ -53,9 +53,9 @@ class Format:
             optional(name, self.extra, log)
         return import_module(f"dehyst.io.{self.module}")
 
-    def read(self, data: bytes, path: Path, size: int) -> Table:
-        """Read a whole file."""
-        fill, found = self.reader(path.name).fill, Collector(path.name)
+    def read(self, data: bytes, path: Path, size: int, sheet: str | int | None = None) -> Table:
+        """Read a whole file, or one sheet of it."""
+        fill, found = self.reader(path.name).fill, Collector(path.name, sheet=sheet)
         guard(path.name, self.title, size, lambda: fill(found, data, path))
         return found.table()
 
@@ -115,13 +115,18 @@ def format_of(head: bytes, path: Path) -> Format | None:
     return None
 
 
-def read_table(path: PathLike | Any) -> Table:
-    """Read a log of any known format, chosen by the file's ending and first bytes; or a data frame."""
+def read_table(path: PathLike | Any, sheet: str | int | None = None) -> Table:
+    """Read a log of any known format, chosen by the file's ending and first bytes; or a data frame.
+
+    Of a workbook a `sheet` may be named, by its name or by its number from 1.
+    """
     if is_frame(path):
+        _refuse_sheet("a data frame", sheet)
         return table_of_frame(path)
     source = path_of(path)
     with readable(source):
         if source.is_dir():
+            _refuse_sheet(f"'{source.name}'", sheet)
             return _read_folder(source)
         size = require_file(source)
         if size > SIZE_LIMIT:
@@ -134,9 +139,21 @@ def read_table(path: PathLike | Any) -> Table:
     with ThreadPoolExecutor(1) as other:  # hashing takes as long as parsing, and both let go of the interpreter
         beside = other.submit(hashlib.sha256, data) if len(data) >= THREAD_BYTES else None
         row = format_of(data[:HEAD_BYTES], source)
-        table = row.read(data, source, len(data)) if row else read_delimited(data, source.name)
+        if row is None or row.module != "spreadsheet":
+            _refuse_sheet(f"'{source.name}'", sheet)
+        table = row.read(data, source, len(data), sheet) if row else read_delimited(data, source.name)
         digest = beside.result() if beside else hashlib.sha256(data)
     return replace(table, sha256=digest.hexdigest())
+
+
+def _refuse_sheet(log: str, sheet: str | int | None) -> None:
+    """Refuse a sheet where there are none."""
+    if sheet is not None:
+        raise LogError(
+            f"{log} is no workbook, so it has no sheet '{sheet}'. Leave out --sheet (in Python sheet=), or name the "
+            f"workbook.",
+            sheet=sheet,
+        )
 
 
 def open_source(path: PathLike) -> Source:

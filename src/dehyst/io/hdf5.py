@@ -96,7 +96,7 @@ class _Walk:
                 elif not (key in {"label", "blockName"} and "values" in node):
                     self.follow(f"{path}.{key}", node, key, depth + 1)
         elif node.attrs.get("MATLAB_object_decode", 0):
-            note_object(self.found, path)
+            note_object(self.found, path, _matlab_class(node))
         elif node.shape is not None and "MATLAB_empty" not in node.attrs:
             self.add(path, node, depth)
 

@@ -139,7 +139,9 @@ class LogSummary:
     doubt: str = ""
 
 
-def inspect_log(path: PathLike, run: str | None = None, *, time_unit: str | float | None = None) -> LogSummary:
+def inspect_log(
+    path: PathLike, run: str | None = None, *, time_unit: str | float | None = None, sheet: str | int | None = None
+) -> LogSummary:
     """Look at a log without deciding anything.
 
     Parameters
@@ -151,6 +153,8 @@ def inspect_log(path: PathLike, run: str | None = None, *, time_unit: str | floa
     time_unit
         Unit of the time column, for example ``"ms"``, or how many seconds one count is, where its name does not tell;
         by default seconds.
+    sheet
+        Sheet of a workbook, by name or number from 1; by default the one with the most numbers.
 
     Raises
     ------
@@ -171,7 +175,7 @@ def inspect_log(path: PathLike, run: str | None = None, *, time_unit: str | floa
     >>> summary.input, summary.output, summary.columns[1].loops
     ('pressure_bar', 'angle_deg', 4)
     """
-    table = with_time_unit(read_table(path), time_unit, None)
+    table = with_time_unit(read_table(path, sheet), time_unit, None)
     runs = count_runs(table)
     chosen, mask = select_run(table, run if run is not None or not runs else next(iter(runs)))
     rows = {name: v[mask] if v.size == mask.size else v for name, v in table.columns.items()}
@@ -193,7 +197,9 @@ def inspect_log(path: PathLike, run: str | None = None, *, time_unit: str | floa
         input=x,
         output=y,
         clear=proposal.clear,
-        command=_command(path, x, y, chosen if len(runs or ()) > 1 else None, time_unit, findings) if readable else "",
+        command=_command(path, x, y, chosen if len(runs or ()) > 1 else None, time_unit, sheet, findings)
+        if readable
+        else "",
         findings=findings,
         doubt=proposal.doubt,
     )
@@ -291,6 +297,7 @@ def _command(
     y: str | None,
     run: str | None,
     time_unit: str | float | None,
+    sheet: str | int | None,
     findings: tuple[Finding, ...],
 ) -> str:
     if x is None or y is None:
@@ -299,4 +306,6 @@ def _command(
         return f"dehyst.identify(dehyst.Recording.from_frame(df, input={x!r}, output={y!r}))"
     single = any("--train-fraction 1" in finding.message for finding in findings)
     share = "1" if single else None
-    return command("identify", Path(path), input=x, output=y, run=run, time_unit=time_unit, train_fraction=share)
+    return command(
+        "identify", Path(path), input=x, output=y, run=run, time_unit=time_unit, sheet=sheet, train_fraction=share
+    )

@@ -97,6 +97,7 @@ def read_log(
     start: float | None = None,
     stop: float | None = None,
     time_unit: str | float | None = None,
+    sheet: str | int | None = None,
 ) -> Recording:
     """Read input and output of an actuator from a log file.
 
@@ -117,6 +118,8 @@ def read_log(
     time_unit
         Unit of the time column, for example ``"ms"``, or how many seconds one count is, where its name does not tell;
         by default seconds.
+    sheet
+        Sheet of a workbook, by name or number from 1; by default the one with the most numbers.
 
     Returns
     -------
@@ -146,7 +149,7 @@ def read_log(
     >>> len(rec), rec.input_label, rec.output_unit
     (20, 'pressure [bar]', 'deg')
     """
-    table = with_time_unit(read_table(path), time_unit, time)
+    table = with_time_unit(read_table(path, sheet), time_unit, time)
     window = parse_window(start, stop)
     x_name, y_name = two_columns(table, input, output)
     about = context(table, (x_name, y_name))
@@ -176,6 +179,7 @@ def read_signal(
     start: float | None = None,
     stop: float | None = None,
     time_unit: str | float | None = None,
+    sheet: str | int | None = None,
     missing: Literal["hold", "drop"] = "hold",
 ) -> Signal:
     """Read one column of a log, for simulation or as a reference to follow.
@@ -188,7 +192,7 @@ def read_signal(
         Log of any format that `read_log` reads.
     column
         Column, named as for `read_log`.
-    time, run, start, stop, time_unit
+    time, run, start, stop, time_unit, sheet
         As for `read_log`.
     missing
         Rows without a number: ``"hold"`` the last value, because a signal is played back sample by sample and must
@@ -202,7 +206,7 @@ def read_signal(
     >>> read_signal(log, "angle").values.tolist()
     [1.0, 2.0, 3.0, 2.0]
     """
-    table = with_time_unit(read_table(path), time_unit, time)
+    table = with_time_unit(read_table(path, sheet), time_unit, time)
     window = parse_window(start, stop)
     name = find_column(table, column, "signal")
     refuse_clock(table, name, "signal")
@@ -228,6 +232,7 @@ def read_columns(
     start: float | None = None,
     stop: float | None = None,
     time_unit: str | float | None = None,
+    sheet: str | int | None = None,
 ) -> Columns:
     """Read columns of a log that belong together row by row.
 
@@ -251,7 +256,7 @@ def read_columns(
     >>> found.values["length"].tolist(), found.units["force"], found.findings[0].code
     ([300.0, 280.0], 'N', 'non-finite')
     """
-    table = with_time_unit(read_table(path), time_unit, time)
+    table = with_time_unit(read_table(path, sheet), time_unit, time)
     window = parse_window(start, stop)
     names = {role: find_column(table, wanted, role) for role, wanted in columns.items()}
     _refuse_columns(table, names)

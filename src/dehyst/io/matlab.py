@@ -20,6 +20,7 @@ import numpy.typing as npt
 from dehyst.findings import Finding
 from dehyst.io.collect import Collector, strings_of
 from dehyst.io.foreign import refuse_bomb
+from dehyst.shell import visible
 
 MAX_DEPTH = 6  # of structs and cells that are looked into
 MAX_ITEMS = 200  # of a cell or a struct array
@@ -27,10 +28,35 @@ MAX_NESTED = 16  # a file that nests deeper is damaged
 TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 TEXT_TYPES = {16: "utf-8", 17: "utf-16", 18: "utf-32"}
 OLD_TYPES = ("f8", "f4", "i4", "i2", "u2", "u1")
+NAMES = (1, 2, 16)  # types of the letters of a name
 MATRIX, COMPRESSED = 14, 15
 CELL, STRUCT, OBJECT, CHAR = 1, 2, 3, 4
 NUMERIC = range(6, 16)
-OPAQUE = object()  # what only MATLAB can read
+_SAVE = "save('log.mat', '-struct', 's')"
+# Class of an object -> the line of MATLAB that saves its numbers; {0} is the variable.
+CURES = {
+    "table": "type: s = table2struct({0}, 'ToScalar', true); " + _SAVE,
+    "timetable": "type: s = table2struct(timetable2table({0}, 'ConvertRowTimes', false), 'ToScalar', true); "
+    "s.time = seconds({0}.Properties.RowTimes - {0}.Properties.RowTimes(1)); " + _SAVE,
+    "timeseries": "type: s = struct('time', {0}.Time, 'data', squeeze({0}.Data)); save('log.mat', 's')",
+    "string": "type: {0} = cellstr({0}); and save it again",
+    "categorical": "type: {0} = cellstr({0}); and save it again",
+    "datetime": "type: {0} = seconds({0} - {0}(1)); and save it again",
+    "duration": "type: {0} = seconds({0}); and save it again",
+    "containers.Map": "type: s = cell2struct(values({0}), matlab.lang.makeValidName(keys({0})), 2); " + _SAVE,
+    "dictionary": "type: s = cell2struct(num2cell(values({0})), cellstr(keys({0})), 1); " + _SAVE,
+    "Simulink.SimulationData.Dataset": "take one signal: ts = {0}{{1}}.Values; s = struct('time', ts.Time, 'data', "
+    "squeeze(ts.Data)); save('log.mat', 's')",
+    "Simulink.SimulationOutput": "take one signal: ts = {0}.logsout{{1}}.Values; s = struct('time', ts.Time, 'data', "
+    "squeeze(ts.Data)); save('log.mat', 's')",
+}
+
+
+@dataclass(frozen=True)
+class Opaque:
+    """An object that only MATLAB can read, of a class."""
+
+    kind: str
 
 
 class Text(list[str]):
@@ -49,11 +75,11 @@ def fill(found: Collector, data: bytes, path: Path) -> None:
 
 
 def _walk(found: Collector, path: str, value: Any, depth: int) -> None:
-    """Add what a variable holds: an array, `Text`, a list of cells, a list of structs, None, or `OPAQUE`."""
+    """Add what a variable holds: an array, `Text`, a list of cells, a list of structs, None, or `Opaque`."""
     if depth > MAX_DEPTH:
         return
-    if value is OPAQUE:
-        note_object(found, path)
+    if isinstance(value, Opaque):
+        note_object(found, path, value.kind)
     elif isinstance(value, np.ndarray):
         found.add(path, value)
     elif isinstance(value, Text):
@@ -85,14 +111,20 @@ def _single_text(value: Any) -> str:
     return value[0] if isinstance(value, Text) and len(value) == 1 else ""
 
 
-def note_object(found: Collector, path: str) -> None:
+def note_object(found: Collector, path: str, kind: str = "") -> None:
     """Say which variable is a MATLAB object that only MATLAB can read, and how to save it."""
-    path = path if path and path != "None" else "of the file"
+    named = bool(path) and path != "None"
+    name = path if named else "x"
+    what = f"{path} in {found.name}" if named else f"of the file {found.name}"
+    plain = CURES.get(kind)
+    cure = (
+        plain or "for a signal, save its numbers: s = struct('time', {0}.Time, 'data', {0}.Data); save('log.mat', 's')"
+    )
     found.findings.append(
         Finding(
             "matlab-object",
-            f"a variable {path} in {found.name} is a MATLAB object (timeseries, table, ...), which only MATLAB "
-            f"can read. Save its numbers: s = struct('time', ts.Time, 'data', ts.Data); save('log.mat', 's')",
+            f"a variable {what} is a MATLAB object{f' of class {kind}' if kind else ''}, which only MATLAB can read. "
+            f"In MATLAB, {cure.format(name)}",
         )
     )
 
@@ -176,7 +208,7 @@ def _matrix(cursor: _Cursor, depth: int) -> tuple[str, Any]:
         raise DamageError("no flags")
     kind = int(flags[0]) & 0xFF
     if kind > NUMERIC[-1]:
-        return (cursor.string() or "of the file" if not cursor.ended else ""), OPAQUE
+        return _object(cursor)
     shape = tuple(int(n) for n in cursor.numbers())
     if len(shape) < 2 or min(shape) < 0:
         raise DamageError(f"shape {shape}")
@@ -197,6 +229,18 @@ def _matrix(cursor: _Cursor, depth: int) -> tuple[str, Any]:
             cursor.string()  # its class
         return name, _structs(cursor, size, depth)
     return name, None
+
+
+def _object(cursor: _Cursor) -> tuple[str, Opaque]:
+    """Name and class of an object: three texts, of which the second is the way in which it is stored."""
+    texts: list[str] = []
+    while not cursor.ended and len(texts) < 3:
+        kind, part = cursor.element()
+        if kind not in NAMES:
+            break
+        texts.append(visible(bytes(part).decode("ascii", "replace").rstrip("\0")))
+    name = texts[0] if texts else ""
+    return name, Opaque(texts[2] if len(texts) == 3 else "")
 
 
 def _text(cursor: _Cursor, shape: tuple[int, ...], size: int) -> Text:

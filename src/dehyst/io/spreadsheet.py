@@ -1,7 +1,7 @@
 """Spreadsheets (.xlsx .xlsm .xlsb .xls .ods), by calamine: the extra ``dehyst[excel]``.
 
-The sheet with the most rows is read as a text log would be: preamble, header and a row of units may stand above the
-numbers.
+One sheet, that with the most numbers unless another is named, is read as a text log would be: preamble, header and a
+row of units may stand above the numbers.
 """
 
 from __future__ import annotations
@@ -9,32 +9,74 @@ from __future__ import annotations
 import datetime as dt
 import io
 from pathlib import Path
+from typing import Any
 
+from dehyst.errors import LogError
 from dehyst.findings import Finding
 from dehyst.io.collect import Collector
 from dehyst.io.delimited import read_delimited
+from dehyst.io.table import list_names
+from dehyst.shell import options_line
 
 
 def fill(found: Collector, data: bytes, path: Path) -> None:
-    """Add the columns of the longest sheet."""
+    """Add the columns of one sheet."""
     import python_calamine
 
     book = python_calamine.load_workbook(io.BytesIO(data))
-    sheets = {name: book.get_sheet_by_name(name) for name in book.sheet_names}
-    chosen = max(sheets, key=lambda name: sheets[name].total_height)
-    rows = sheets[chosen].to_python(skip_empty_area=True)
-    text = "\n".join("\t".join(map(_cell, row)) for row in rows)
-    table = read_delimited(text.encode(), found.name)
-    found.columns, found.labels = dict(table.columns), dict(table.labels)
+    sheets = {name: book.get_sheet_by_name(name).to_python(skip_empty_area=True) for name in book.sheet_names}
+    asked = found.sheet
+    chosen = (
+        max(sheets, key=lambda name: _content(sheets[name])) if asked is None else _named(found.name, sheets, asked)
+    )
+    found.sheet = chosen
+    text = "\n".join("\t".join(map(_cell, row)) for row in sheets[chosen])
+    try:
+        table = read_delimited(text.encode(), found.name)
+    except LogError:
+        raise LogError(
+            f"sheet '{chosen}' of '{found.name}' holds no table of numbers. {_listed(sheets)}", sheets=tuple(sheets)
+        ) from None
+    found.columns, found.labels, found.refused = dict(table.columns), dict(table.labels), dict(table.refused)
     found.units, found.stamps = dict(table.units), set(table.stamps)
     found.findings = list(table.findings)
-    if len(sheets) > 1:
-        others = ", ".join(name for name in sheets if name != chosen)
+    if len(sheets) > 1 and asked is None:
         found.findings.append(
             Finding(
-                "sheet", f"{found.name} holds {len(sheets)} sheets; '{chosen}', the longest, is read, not {others}."
+                "sheet",
+                f"{found.name} holds {len(sheets)} sheets; '{chosen}', which has the most numbers, is read. "
+                f"{_listed(sheets)}",
             )
         )
+
+
+Rows = list[list[Any]]
+
+
+def _content(rows: Rows) -> tuple[int, int]:
+    """Cells of numbers, and rows, of a sheet: notes may be longer than the log."""
+    return sum(isinstance(cell, int | float) for row in rows for cell in row), len(rows)
+
+
+def _named(log: str, sheets: dict[str, Rows], asked: str | int) -> str:
+    """Name of the sheet that is meant: by its name, also in another case, else by its number from 1."""
+    text = str(asked)
+    for name in sheets:
+        if name == text:
+            return name
+    same = [name for name in sheets if name.strip().lower() == text.strip().lower()]
+    if len(same) == 1:
+        return same[0]
+    names = list(sheets)
+    if text.isascii() and text.isdigit() and 1 <= int(text) <= len(names):
+        return names[int(text) - 1]
+    raise LogError(f"'{log}' has no sheet '{text}'. {_listed(sheets)}", sheets=tuple(names))
+
+
+def _listed(sheets: dict[str, Rows]) -> str:
+    """What to type for each sheet."""
+    listed = [f"{options_line(sheet=name)} ({len(rows)} rows)" for name, rows in sheets.items()]
+    return f"Its sheets: {list_names(listed)}."
 
 
 def _cell(value: object) -> str:

@@ -34,6 +34,7 @@ class Table:
     stamps: frozenset[str] = frozenset()  # columns of date-times, in seconds since 1970
     order: tuple[str, ...] = ()  # all column names, text columns too, as in the file
     scalars: Mapping[str, float] = field(default_factory=dict)  # single numbers that may matter: a sampling time Ts
+    sheet: str = ""  # of a workbook
     sha256: str = ""  # fingerprint of the file's bytes
     findings: tuple[Finding, ...] = ()
     refused: Mapping[str, str] = field(default_factory=dict)  # column -> why it is not to be trusted, once it is used
@@ -130,9 +131,14 @@ def require_columns(table: Table) -> Table:
     """Return the table, or refuse one that holds no numbers at all."""
     if not any(finite(column[:100]).any() or finite(column).any() for column in table.columns.values()):
         texts = f" Its columns are text: {list_names(table.labels)}." if table.labels else ""
+        if table.scalars and table.row_word == "sample":
+            texts += f" Of single numbers it holds {list_names(table.scalars, 8)}."
+        cure = "Check that it is the right file"
+        cure += ", and that its delimiter is one of , ; | tab or blanks." if table.row_word == "line" else "."
+        causes = [finding.message for finding in table.findings if finding.code != "column-titles"]
+        seen = f"Noticed: {' '.join(causes)}" if causes else ""
         raise LogError(
-            f"log '{table.name}' holds no column of numbers.{texts} Check that it is the right file, and that its "
-            f"delimiter is one of , ; | tab or blanks.",
+            f"log '{table.name}' holds no column of numbers.{texts} {seen or cure}",
             file=table.name,
         )
     return table

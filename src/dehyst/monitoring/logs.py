@@ -161,7 +161,7 @@ def fitted_share(model: Model, record: Recording) -> float | None:
     listed = given.get("logs")
     for place, log in enumerate(listed if isinstance(listed, list) else []):
         if isinstance(log, dict) and stamp is not None and log.get("sha256") == stamp:
-            if any(log.get(key) != record.provenance.get(key) for key in ("run", "input", "output")):
+            if any(log.get(key) != record.provenance.get(key) for key in ("run", "input", "output", "sheet")):
                 continue
             settings = given.get("settings")
             share = settings.get("train_fraction", 1.0) if isinstance(settings, dict) else 1.0
