@@ -280,7 +280,7 @@ def _print(fit: Fit, request: IdentifyRequest) -> None:
         ("inverse round trip", certificate.round_trip_error, ".0e", ""),
         ("inverse gain at most", certificate.inverse_gain, ".4g", f" {drive}/{unit}" if drive and unit else ""),
     )
-    out.print(f"\n{size or 'no operators'}; loop {fit.facts.orientation}, {fit.facts.width_percent:.0f} % wide")
+    out.print(f"\n{size or 'no operators'}; {fit.facts.loop_words}")
     if size:
         out.print(f"assumed before the log: {past_in_words(certificate.initial_state)}")
     out.print(", ".join(f"{what} {value:{digits}}{of}" for what, value, digits, of in figures if math.isfinite(value)))

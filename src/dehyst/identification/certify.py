@@ -68,9 +68,8 @@ def _examine(
         ),
         *about_fit(data, measured, certificate, _is_papers(settings), held_out, knows, turns),
     ]
-    # Reading sees the whole log, identification what of it is fitted: of too few loops the latter speaks.
-    said = FEW_LOOPS if {finding.code for finding in judged} & FEW_LOOPS else set()
-    read = [finding for record in measured.recordings for finding in record.findings if finding.code not in said]
+    # Reading counts the loops of a whole log by itself; here they are counted in what is fitted, and said with that.
+    read = [finding for record in measured.recordings for finding in record.findings if finding.code not in FEW_LOOPS]
     unique = {(finding.code, finding.message): finding for finding in [*read, *judged]}
     return loop_facts, tuple(unique.values())
 

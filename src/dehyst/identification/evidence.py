@@ -16,6 +16,7 @@ from dehyst.findings import Finding
 from dehyst.identification.data import ENOUGH, LONG, DataSet
 from dehyst.identification.evidence_rows import Stretch, blocks_of
 from dehyst.identification.least_squares import Solution, solve_bounded, triangle
+from dehyst.shell import command
 
 RATE, CREEP = "rate", "creep"
 BLOCKS = 10
@@ -137,6 +138,11 @@ class Evidence:
             f"dependence on {self.words}: {self.answer}; {self.figures} on held-out blocks, better in {self.better} of "
             f"{self.blocks}, p = {self.p:.2g}, {100 * self.own:.0f} % of its effect unlike hysteresis"
         )
+
+
+def _round(value: float) -> str:
+    """A number with two digits and without an exponent."""
+    return f"{float(f'{value:.2g}'):g}"
 
 
 def rows_of(sizes: Sequence[int], turns: int) -> list[slice]:
@@ -354,9 +360,11 @@ def beyond_rests(x: Array, time: Array, answer: Callable[[Array, Array], Array],
     drift = 100.0 * np.abs(y - y[unseen][0])[unseen] / max(span, 1e-300)
     if drift.max() > BEYOND_RESTS:
         settled = float(held[unseen][np.flatnonzero(drift >= 0.9 * drift.max())[0]])
+        rest = _round(1.05 * settled)
+        line = command("design", range=(f"{np.min(x):.3g}", f"{np.max(x):.3g}"), hold=rest)
         yield Finding(
             "creep-beyond-rests",
-            f"held at rest for {whole:.2g} s the model creeps on by {drift.max():.2g} % of range after the first "
-            f"{longest:.2g} s, and from one turn to the next the log never takes longer: this is a guess. Where the "
-            f"actuator will rest longer, log a rest of at least {settled:.2g} s; `dehyst design` plans holds.",
+            f"held at rest for {_round(whole)} s the model creeps on by {drift.max():.2g} % of range after the "
+            f"first {_round(longest)} s, and from one turn to the next the log never takes longer: this is a guess. "
+            f"Where the actuator will rest longer, log a rest of {rest} s; `{line}` plans one.",
         )

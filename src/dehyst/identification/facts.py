@@ -14,6 +14,8 @@ from dehyst.identification.data import ENOUGH, LONG, DataSet
 BINS = 24
 # A loop narrower than this share of the output's range has no orientation.
 NARROW = 0.01
+# Branches of this share of the largest one are those of the largest loops: averaged, they show no noise.
+LARGE = 0.9
 # A rest is a stretch within 1 % of the range; loops whose sizes differ by no more than a tenth are of one size.
 STILL = 0.01
 # and tells creep if it takes this share of a way and its rest; a sine stays as long within 1 % for a seventh.
@@ -27,7 +29,7 @@ class Orientation:
     """Which way round the loop runs and how wide it is."""
 
     name: str  # "counter-clockwise", "clockwise", "mixed" or "none", for the rising form of the curve
-    width: float  # Mean vertical distance of the falling and the rising branch, share of the output's range
+    width: float  # Distance of the two branches of the largest loops at their widest, share of the output's range
 
 
 @dataclass(frozen=True)
@@ -144,16 +146,70 @@ def orientation(found: tuple[Branches, ...]) -> Orientation:
         sums += np.bincount(cell, values, 2 * BINS).reshape(2, BINS)
         counts += np.bincount(cell, weight, 2 * BINS).reshape(2, BINS)
     both = (counts > 0).all(axis=0)
+    wide = widest(found)
     if not both.any():
-        return Orientation("none", 0.0)
+        return Orientation("none", wide)
     distance = 0.5 * (sums[1, both] / counts[1, both] - sums[0, both] / counts[0, both])
     width = float(np.mean(np.abs(distance)))
     lag, lead = float(np.sum(distance[distance > 0])), float(-np.sum(distance[distance < 0]))
     if width < NARROW:
-        return Orientation("none", width)
+        return Orientation("none", wide)
     if min(lag, lead) > 0.25 * max(lag, lead):
-        return Orientation("mixed", width)
-    return Orientation("counter-clockwise" if lag > lead else "clockwise", width)
+        return Orientation("mixed", wide)
+    return Orientation("counter-clockwise" if lag > lead else "clockwise", wide)
+
+
+def widest(found: tuple[Branches, ...]) -> float:
+    """Distance of the two branches of the largest loops where they lie farthest apart, share of the output's range.
+
+    Small loops and rests within a large one fill the space between its branches, and would make it look narrow.
+    """
+    ways = [way for piece in found for way in _ways(piece)]
+    both = [[way for way in ways if way.falling == falling] for falling in (False, True)]
+    if not all(both):
+        return 0.0
+    large = LARGE * min(max(way.span for way in side) for side in both)
+    sides = [[way for way in side if way.span >= large] for side in both]
+    low = max(min(float(np.min(way.x)) for way in side) for side in sides)
+    high = min(max(float(np.max(way.x)) for way in side) for side in sides)
+    edges = np.linspace(low, high, BINS + 1)
+    means = []
+    for side in sides:
+        cells = np.digitize(np.concatenate([way.x for way in side]), edges) - 1
+        values = np.concatenate([way.y for way in side])
+        inside = (cells >= 0) & (cells < BINS)
+        counts = np.bincount(cells[inside], minlength=BINS)
+        means.append(np.bincount(cells[inside], values[inside], BINS) / np.maximum(counts, 1))
+        means[-1][counts == 0] = np.nan
+    distance = 0.5 * np.abs(means[1] - means[0])
+    distance = distance[np.isfinite(distance)]
+    return float(np.max(distance)) if distance.size else 0.0
+
+
+@dataclass(frozen=True)
+class _Way:
+    """Samples of one branch, (m,), scaled."""
+
+    x: Array
+    y: Array
+    falling: bool
+    span: float
+
+
+def _ways(piece: Branches) -> list[_Way]:
+    """The branches of a piece, one after the other."""
+    turns = np.flatnonzero(piece.falling[1:] != piece.falling[:-1]) + 1
+    ends = [0, *(int(turn) for turn in turns), piece.x.size]
+    found = []
+    for begin, end in zip(ends, ends[1:], strict=False):  # noqa: RUF007
+        x, y = piece.x[begin:end], piece.y[begin:end]
+        if piece.weight is not None:
+            counts = piece.weight[begin:end] > 0.0
+            x, y = x[counts], y[counts]
+        if x.size:
+            span = float(np.max(x) - np.min(x))
+            found.append(_Way(x, y, bool(piece.falling[begin]), span))
+    return found
 
 
 def spread(first: int, end: int, most: int) -> Rows:

@@ -220,7 +220,7 @@ class LoopFacts:
     trend
         +1 if the output rises with the input, -1 if it falls.
     width_percent
-        Mean vertical width of the loop, percent of the output's range.
+        Distance of the two branches of the largest loops where they lie farthest apart, percent of the output's range.
     loops
         Input cycles over the training part, two swings each.
     turns
@@ -241,6 +241,14 @@ class LoopFacts:
     drift_percent: float
     motion: Motion = field(default_factory=Motion)
     evidence: tuple[Evidence, ...] = ()
+
+    @property
+    def loop_words(self) -> str:
+        """The loop in a few words."""
+        wide = f"{self.width_percent:.2g} %"
+        if self.orientation == "none":
+            return f"no loop (branches at most {wide} of range apart)"
+        return f"loop {self.orientation}, {wide} wide"
 
     @property
     def rate_dependence_percent(self) -> float | None:
@@ -441,11 +449,11 @@ class Fit(Plotted):
     @property
     def evidence_words(self) -> tuple[str, ...]:
         """What the log shows of rate and creep, a sentence each, and what the model has of them where that differs."""
-        has = {RATE: ("viscous", "rate"), CREEP: ("creep", "relax")}
-        kinds = self.model.kinds
-        return tuple(
-            f"{found}{_kept(found, any(k in kinds for k in has[found.group]))}" for found in self.facts.evidence
-        )
+        return tuple(f"{found}{_kept(found, self.has_terms(found))}" for found in self.facts.evidence)
+
+    def has_terms(self, found: Evidence) -> bool:
+        """Whether the model has terms of that on which there is evidence."""
+        return not TERMS[found.group].isdisjoint(self.model.kinds)
 
     @property
     def lacking(self) -> str:
@@ -590,6 +598,11 @@ class Fit(Plotted):
             "purpose": str(self.settings.get("purpose", "compensate")),
             "direction": self.direction,
             "elements": list(self.model.kinds),
+            "loop": {
+                "orientation": self.facts.orientation,
+                "width_percent": self.facts.width_percent,
+                "loops": self.facts.loops,
+            },
             "dead_time_s": self.model.dead_time,
             "residual": self.residual.as_dict(),
             "input_error": {
@@ -623,6 +636,9 @@ def size_of(model: Any, nonzero: int, offered: int) -> str:
 def word_of(model: Any) -> str:
     """What a model is a sum of: "operators" where these are plays or stops alone, else "terms"."""
     return "terms" if model.play_core is None else "operators"
+
+
+TERMS = {RATE: {"viscous", "rate"}, CREEP: {"creep", "relax"}}  # kinds of elements that follow it
 
 
 def _kept(found: Evidence, kept: bool) -> str:

@@ -125,7 +125,7 @@ def tiles(fit: Fit) -> tuple[Tile, ...]:
         Tile("Without hysteresis", number(static.rmse_percent), "%", "RMSE of the best curve"),
         *_inverse_tiles(fit, f"{unit}/{out}" if unit and out else ""),
         Tile("Weights", str(fit.certificate.nonzero_weights), "", fit.size or "a curve without memory"),
-        Tile("Loop width", number(fit.facts.width_percent), "%", "of the output's range"),
+        Tile("Loop width", number(fit.facts.width_percent, 2), "%", "of the output's range, at its widest"),
     )
 
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from dehyst.arrays import Array
+from dehyst.arrays import Array, rank
 from dehyst.data.ranges import robust_range
 from dehyst.findings import Grade, grade_of
 from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, of_range
 from dehyst.identification.certify import FEW_LOOPS, GOOD_PERCENT, SERIOUS, UNUSABLE
-from dehyst.identification.fit import Fit, LoopFacts, Score, word_of
+from dehyst.identification.fit import Fit, Score, word_of
 from dehyst.identification.selection import STATIC_AS_GOOD
 from dehyst.models import SignalCard
 from dehyst.report.parts import Light
@@ -24,8 +24,10 @@ BETTER_THAN_CURVE = (1.5, 1.0 / STATIC_AS_GOOD)
 TEST_OVER_TRAIN = (2.0, 5.0)
 FELT = 1.0  # percent of range
 ROUND_TRIP = (1e-9, 1e-6)
-# RMS by which the inverse misses the applied input when it is given the measured output, share of the input's range.
-INVERSE_MISS = (0.05, INVERSE_MISSES / 100.0)
+# RMS by which the inverse misses the applied input when it is given the measured output, percent of its range.
+INVERSE_MISS = (GOOD_PERCENT, INVERSE_MISSES)
+# Aspects of what keeps a verdict from being good; all others are about the data.
+ABOUT = {"high-inverse-gain": "Inverse", "paper-bound": "Inverse", "forward-better": "Inverse"}
 KKT = 1e-9
 UNDETERMINED_SHARE = (0.1, 0.5)
 
@@ -33,12 +35,21 @@ UNDETERMINED_SHARE = (0.1, 0.5)
 def lights(fit: Fit) -> tuple[Light, ...]:
     """Return the judgement of a fit, one light for each aspect."""
     found = [Light(aspect, *judge(fit)) for aspect, judge in ASPECTS.items()]
+    found = [_with_warnings(light, fit) for light in found]
     if fit.certificate.kkt_residual > KKT:
         reason = f"KKT residual {number(fit.certificate.kkt_residual)}; below {KKT:g} expected"
         found.append(Light("Optimality", Grade.CARE, reason))
     if overall(fit) is not Grade.BAD:  # what the verdict does not forbid no light forbids
         found = [replace(light, grade=min(light.grade, Grade.CARE)) for light in found]
     return tuple(found)
+
+
+def _with_warnings(light: Light, fit: Fit) -> Light:
+    """A light that is not good where a warning about its aspect keeps the verdict from being good."""
+    serious = sorted(code for code in codes(fit) & SERIOUS if ABOUT.get(code, "The data") == light.aspect)
+    if light.grade is not Grade.GOOD or not serious:
+        return light
+    return replace(light, grade=Grade.CARE, reason=f"{light.reason}; read the warning {', '.join(serious)}")
 
 
 def overall(fit: Fit) -> Grade:
@@ -166,16 +177,19 @@ def inverse_miss(fit: Fit) -> tuple[float, float]:
 def _inverse(fit: Fit) -> Judged:
     if fit.model.no_inverse:
         return Grade.BAD, f"there is none: {fit.model.no_inverse.rstrip('.')}"
-    miss = inverse_miss(fit)
     error, gain = fit.certificate.round_trip_error, relative_gain(fit)
-    share = miss[0] / _input_range(fit)
-    grade = _grade(share, INVERSE_MISS)
+    miss, curve = fit.input_error.rms_percent, fit.curve_input.rms_percent
+    if math.isnan(miss):  # of a fit made by hand
+        miss = 100.0 * inverse_miss(fit)[0] / _input_range(fit)
+    grade = _grade(miss, INVERSE_MISS)
+    if rank(miss) > rank(curve):
+        grade = max(grade, Grade.CARE)
     if not math.isnan(error):
         grade = max(grade, _grade(error, ROUND_TRIP))
     if codes(fit) & {"inverse-misses", "inverse-useless"}:
         grade = Grade.BAD
     reason = (
-        f"misses the applied input by {of_range(100.0 * share)} its range (RMS)"
+        f"misses the applied input by {of_range(miss)} its range (RMS)"
         f"{'' if math.isnan(error) else f'; undoes the model to {number(error, 2)}'}"
     )
     if "high-inverse-gain" in codes(fit):
@@ -222,18 +236,28 @@ def _data(fit: Fit) -> Judged:
     grade = Grade.GOOD
     if reasons:
         grade = Grade.BAD if "two-actuators" in found else Grade.CARE
-    return grade, "; ".join(filter(None, [*(reasons or [_looked_for(facts)]), fit.lacking]))
+    return grade, "; ".join(filter(None, [*(reasons or [_looked_for(fit)]), fit.lacking]))
 
 
-def _looked_for(facts: LoopFacts) -> str:
-    """What was looked for, and whether it was found; what the log cannot tell is said beside it."""
+def _looked_for(fit: Fit) -> str:
+    """What was looked for, and whether it was found; what the log cannot tell is said beside it.
+
+    That something was not found is no news beside a model that has terms of it.
+    """
+    facts = fit.facts
     sizes = facts.motion.smallest, facts.motion.largest
     loops = count(facts.loops, "complete loop")
     if math.isfinite(sizes[0]):
         loops += f" of {sizes[0]:.0f} to {sizes[1]:.0f} % of the input's range"
     absent = ["drift from cycle to cycle"]
-    absent += [f"dependence on {each.words}" for each in facts.evidence if each.told and not each.there]
-    return "; ".join([f"{loops}, no {' and no '.join(absent)} found", *facts.depends])
+    missing = [each for each in facts.evidence if each.told and not each.there]
+    absent += [f"dependence on {each.words}" for each in missing if not fit.has_terms(each)]
+    small = [
+        f"dependence on {each.words} too small for a test, though the model has terms of it"
+        for each in missing
+        if fit.has_terms(each)
+    ]
+    return "; ".join([f"{loops}, no {' and no '.join(absent)} found", *facts.depends, *small])
 
 
 ASPECTS = {
@@ -273,7 +297,7 @@ def in_words(fit: Fit, found: tuple[Light, ...]) -> tuple[str, ...]:
     elif overall(fit) is Grade.BAD or grades["Inverse"] is Grade.BAD:
         says.append("Its inverse should not drive a machine as it is; the lights below say why.")
     else:
-        says.append("Its inverse is exact and can drive the actuator, within the range of this log:")
+        says.append("Its inverse can drive the actuator, within the range of this log:")
         says[-1] += f" {_range(fit, 'input')}, {_range(fit, 'output')}."
     weak = [f"“{light.aspect}”" for light in found if light.grade is not Grade.GOOD]
     if weak:

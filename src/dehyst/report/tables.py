@@ -117,7 +117,7 @@ def _facts(fit: Fit) -> Table:
             ("Direction of the loops", f.orientation),
             ("Trend", "output rises with the input" if f.trend > 0 else "output falls with the input"),
             ("Complete loops", str(f.loops)),
-            ("Mean width of the loop", f"{number(f.width_percent)} % of range"),
+            ("Width of the loop at its widest", f"{number(f.width_percent, 2)} % of range"),
             ("Rate dependence", rate),
             ("Drift from the first to the last loop", f"{number(f.drift_percent)} % of range"),
         ),

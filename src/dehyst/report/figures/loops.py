@@ -14,7 +14,7 @@ from dehyst.identification import Fit
 from dehyst.report.drawing import DASHED, Line, break_times, chart, time_of
 from dehyst.report.judgement import inverse_miss
 from dehyst.report.parts import Axes, Figure, Panel
-from dehyst.report.text import count, short, with_unit
+from dehyst.report.text import count, number, short, with_unit
 from dehyst.report.theme import CYCLE, DATA, MODEL, MUTED, OTHER, STATIC, TEST, TRAIN, Token
 from dehyst.report.thin import Window
 
@@ -135,9 +135,7 @@ def _place(
 
 _CAPTION = (
     "Both signals centred and divided by half of their range. Without hysteresis the curve would be a single line "
-    "along the dashed 45° line; what lies around it is the hysteresis.{mirrored} On a pneumatic joint the 2012 paper "
-    "shears the input instead, x = Δp − Δp₀(q) + k q, Δp₀ the pressure difference without load. That needs the joint's "
-    "calibrated static characteristic, which this log does not contain; scaling needs nothing but the log."
+    "along the dashed 45° line; what lies around it is the hysteresis.{mirrored}"
 )
 _MIRRORED = " The output falls with the input here, so it is mirrored."
 
@@ -170,7 +168,7 @@ def arranged_figure(fit: Fit) -> Figure:
                 "Scaled, around the 45° line",
                 around,
                 "The same loop, both signals scaled to plus and minus one, with the 45 degree line. "
-                f"Mean width {fit.facts.width_percent:.1f} % of the output's range.",
+                f"At its widest {number(fit.facts.width_percent, 2)} % of the output's range.",
             ),
         ),
     )
