@@ -359,10 +359,10 @@ def test_the_command_says_at_once_what_it_watches_and_an_alarm_is_a_sentence(tmp
 
 @pytest.mark.slow
 def test_the_command_says_where_its_state_is_and_whether_it_goes_on(tmp_path):
-    (tmp_path / "log.csv").write_text("time_s,input,output\n" + "".join(f"{k},{k},{k}\n" for k in range(8)))
+    (tmp_path / "log.csv").write_text("time_s,input,output\n" + "".join(f"{k},{k},{k}\n" for k in range(12)))
     watch = ("--follow", "log.csv", "--until-silent", "0.1", "--state", "kept")
     assert "state: kept, written every 2 s\nstop with Ctrl-C\n" in command(tmp_path, *watch).stderr
-    assert "written every 2 s, goes on after 8 kept samples\n" in command(tmp_path, *watch).stderr
+    assert "written every 2 s, goes on after 12 kept samples\n" in command(tmp_path, *watch).stderr
 
 
 def test_two_sources_or_none_are_refused(tmp_path):

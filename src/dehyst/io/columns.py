@@ -27,7 +27,7 @@ def find_column(table: Table, wanted: str, role: str) -> str:
     Tried in turn: the exact name, the name in any case, the name without its unit, ``#3`` for the third column.
     """
     wanted = str(wanted)
-    found = _match(table, wanted)
+    found = matching(table, wanted)
     if len(found) == 1:
         if found[0] in table.labels:
             example = ", ".join(dict.fromkeys(table.labels[found[0]][:200].tolist()[:3]))
@@ -55,7 +55,8 @@ def find_column(table: Table, wanted: str, role: str) -> str:
     )
 
 
-def _match(table: Table, wanted: str) -> list[str]:
+def matching(table: Table, wanted: str) -> list[str]:
+    """Columns that a name may mean, as `find_column` tries; none or several are no answer."""
     if wanted in table.order:
         return [wanted]
     low = wanted.strip().lower()

@@ -23,7 +23,7 @@ from dehyst.errors import DehystError, ParameterError
 from dehyst.io.cells import parse_date_times
 from dehyst.io.clocks import TIME_WORDS, seconds
 from dehyst.io.clocks import with_time_unit as with_unit_of_time
-from dehyst.io.columns import find_column
+from dehyst.io.columns import matching
 from dehyst.io.foreign import optional
 from dehyst.io.live import PASSWORD, PAUSE, SHOWN, Address, Arrival, Batch, Names, Notice, address_of, arrivals
 from dehyst.io.table import LARGEST, Table
@@ -133,21 +133,20 @@ class Messages:
         """Return which keys are meant."""
         if len(keys) > MOST_KEYS or any(len(key) > LONGEST_KEY for key in keys):
             raise _NoSampleError(f"it has more than {MOST_KEYS} keys, or one of more than {LONGEST_KEY} characters")
-        table = Table("the messages", {key: np.zeros(1) for key in keys}, {}, np.arange(1))
-        try:
-            x, y = (find_column(table, name, role) for name, role in self._wanted())
-            named = find_column(table, self.names.time, "time") if self.names.time else None
-        except DehystError:
-            wanted = " and ".join(f"'{name}'" for name, _ in self._wanted())
-            raise _NoSampleError(f"it lacks the keys {wanted}{', or its time' if self.names.time else ''}") from None
+        table = Table("the messages", {}, {}, np.arange(1), order=keys)
+        wanted = [self.names.input, self.names.output, *([self.names.time] if self.names.time else [])]
+        candidates = [matching(table, name) for name in wanted]
+        for name, meant in zip(wanted, candidates, strict=True):
+            if len(meant) != 1:
+                several = f"has {len(meant)} keys that may be" if meant else "lacks the key"
+                raise _NoSampleError(f"it {several} '{name}'")
+        x, y, *timer = (meant[0] for meant in candidates)
         if x == y:
             raise _NoSampleError(f"input and output are both its key '{x}'")
         timers = [key for key in keys if key not in (x, y) and _is_called_time(key)]
-        time = named or next((key for key in timers if key.lower() == "time"), timers[0] if timers else None)
+        plain = [key for key in timers if key.lower() == "time"]
+        time = next(iter([*timer, *plain, *timers]), None)
         return _Keys(time, (x, y), (parse_unit(x)[1], parse_unit(y)[1]))
-
-    def _wanted(self) -> tuple[tuple[str, str], tuple[str, str]]:
-        return (self.names.input, "input"), (self.names.output, "output")
 
     def _note(self, notes: Sequence[str]) -> None:
         for note in notes:

@@ -21,14 +21,11 @@ from dehyst.files import write_atomically
 from dehyst.models import Model
 from dehyst.models.storage import model_to_dict
 from dehyst.monitoring.procedure import drift
+from dehyst.monitoring.strays import GAP, Strays
 
 PER_CYCLE = 400  # samples kept of a cycle: a sine keeps its tips to 3e-5 of its range
 LEAST = 8  # cycles that a report needs
 MOST = 40_000  # samples kept before cycles are known
-GAP = 20.0  # median steps without a sample: what happened in between is not known
-# Samples that stand apart, back in time or far beyond the range, between samples that follow each other: so many are no
-# restart of a clock and no motion, and are left out.
-ISLAND = 8
 # Ranges of the model beyond its range: no actuator goes there and back within a few samples.
 FAR = 10.0
 COARSE = 0.5  # share of samples with a stamp of their own, below which the clock is coarse and no sample is repeated
@@ -122,8 +119,7 @@ class Watch:
         self._file, self._mark = state, model_to_dict(model)["sha256"]
         self._rows, self._fresh, self._status = np.zeros((0, 3)), 0, ""
         self._stride, self._skipped, self._waiting = 1, 0, 1
-        self._last, self._apart = -math.inf, list[Array]()
-        self.strange = 0  # samples that were left out because they stand apart
+        self._strays = Strays()
         if state is not None and state.exists():
             self._resume(state)
 
@@ -131,6 +127,11 @@ class Watch:
     def samples(self) -> int:
         """How many samples are kept now."""
         return len(self._rows)
+
+    @property
+    def strange(self) -> int:
+        """How many samples were left out because they stand apart."""
+        return self._strays.count
 
     def feed(self, time: Array, x: Array, y: Array) -> list[Report]:
         """Take samples, each (k,), in their order; return the reports that became due.
@@ -143,43 +144,15 @@ class Watch:
         rows = rows[np.isfinite(rows).all(axis=1)]
         reports: list[Report] = []
         for first in range(0, len(rows), PER_CYCLE):  # a long batch is worth as many reports as short ones
-            reports += self._take(self._following(rows[first : first + PER_CYCLE]))
+            part = rows[first : first + PER_CYCLE]
+            reports += self._take(self._strays.following(part, self._is_near(part), self._longest_step()))
         return reports
-
-    def _following(self, rows: Array) -> Array:
-        """Samples that follow those before them; what stands apart waits until it is clear that it goes on."""
-        if not len(rows):
-            return rows
-        near, limit = self._is_near(rows), self._longest_step()
-        with np.errstate(over="ignore", invalid="ignore"):  # times may be anything
-            steps = np.diff(rows[:, 0], prepend=self._last)
-        if not self._apart and near.all() and np.all((steps >= 0) & (steps <= limit)):
-            self._last = float(rows[-1, 0])
-            return rows
-        passed: list[Array] = []
-        for row, is_near in zip(rows, near.tolist(), strict=True):
-            if is_near and 0.0 <= float(row[0]) - self._last <= limit:
-                self._leave_out_apart()
-                passed.append(row)
-                self._last = float(row[0])
-                continue
-            if self._apart and row[0] < self._apart[-1][0]:
-                self._leave_out_apart()
-            self._apart.append(row)
-            if len(self._apart) > ISLAND:
-                passed += self._apart
-                self._last, self._apart = float(row[0]), []
-        return np.array(passed).reshape(-1, 3)
-
-    def _leave_out_apart(self) -> None:
-        self.strange += len(self._apart)
-        self._apart = []
 
     def _longest_step(self) -> float:
         """Return the longest step that is no gap, by the samples of about a cycle; endless while there are few."""
         steps = np.diff(self._rows[-PER_CYCLE:, 0])
         steps = steps[steps > 0]
-        return GAP * float(np.median(steps)) if steps.size > ISLAND else np.inf
+        return GAP * float(np.median(steps)) if steps.size else math.inf
 
     def _is_near(self, rows: Array) -> Mask:
         """Whether samples lie within some ranges of the model's; all if it names none."""
@@ -276,7 +249,7 @@ class Watch:
                 f"the state '{os.fspath(file)}' is of another model, or damaged. Give another file, or delete this one."
             )
         self._rows, self._status, self._fresh, self._stride = rows, status, fresh, stride
-        self._last = float(rows[-1, 0]) if len(rows) else -math.inf
+        self._strays = Strays(float(rows[-1, 0])) if len(rows) else Strays()
 
 
 def _spread(rows: Array) -> Array:
