@@ -21,7 +21,16 @@ import numpy as np
 from dehyst.arrays import Array
 from dehyst.errors import ColumnError, LogError, ParameterError, TimeError
 from dehyst.io.cells import HOLDS_TEXT, comma_number, date_order, parse_date_times, parse_numbers, with_unit
-from dehyst.io.clocks import TIME_WORDS, choose_clock, counting, in_seconds, seconds, two_columns, unit_finding
+from dehyst.io.clocks import (
+    TIME_WORDS,
+    choose_clock,
+    counting,
+    in_seconds,
+    require_unit,
+    seconds,
+    two_columns,
+    unit_finding,
+)
 from dehyst.io.clocks import with_time_unit as with_unit_of_time
 from dehyst.io.delimited import layout_of, read_delimited
 from dehyst.io.layout import Layout, find_layout, is_comment, split_line
@@ -246,6 +255,7 @@ class _Lines:
         if timer is None:
             notes.append(f"{name} has no time column: its lines are counted, and gaps, rates and creep cannot be seen.")
         else:
+            require_unit(table, timer)
             stamps, zero = seconds(table, timer)
             notes += [finding.message for finding in unit_finding(table, timer, stamps)]
             scale, counts = counting(table, timer)
@@ -270,11 +280,11 @@ class _Lines:
         expected = np.array([table.columns[columns[k] or ""] for k in named])
         expected = expected[:, finite(expected).all(axis=0)]
         if not np.array_equal(raw[named][:, finite(raw[named]).all(axis=0)], expected):
-            raise LogError(
+            raise ColumnError(
                 f"log '{self.log}' cannot be followed line by line: a line alone does not tell how its numbers are to "
                 f"be read (separators of thousands, an encoding of two bytes a character or the like). Log plain "
                 f"numbers in UTF-8.",
-                file=self.log,
+                columns=self.columns,
             )
 
     def read(self, whole: bytes, count: int) -> tuple[Batch, list[str], int]:

@@ -21,7 +21,7 @@ import numpy as np
 from dehyst.arrays import Array
 from dehyst.errors import DehystError, ParameterError
 from dehyst.io.cells import parse_date_times
-from dehyst.io.clocks import TIME_WORDS, seconds
+from dehyst.io.clocks import TIME_WORDS, require_unit, seconds
 from dehyst.io.clocks import with_time_unit as with_unit_of_time
 from dehyst.io.columns import matching
 from dehyst.io.foreign import optional
@@ -126,6 +126,7 @@ class Messages:
             return times
         table = Table("the messages", {key: times}, {key: parse_unit(key)[1]}, np.arange(times.size))
         table = with_unit_of_time(table, self.names.time_unit, key)
+        require_unit(table, key)
         stamps, origin = seconds(table, key)
         return stamps + origin
 

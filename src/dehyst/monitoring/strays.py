@@ -11,10 +11,12 @@ import numpy as np
 
 from dehyst.arrays import Array, Mask
 
-# So many samples that follow each other are no strays: a clock has started anew, or the signal has moved far.
+# So many steps without a gap are no strays: a clock has started anew, or the signal has moved far.
 ISLAND = 8
 GAP = 20.0  # median steps without a sample: what happened in between is not known
-MOST_CHAINS = 32  # that are followed at once, so that strays between them do not hide the right one
+MOST_CHAINS = (
+    32  # that are followed at once, so that strays between them do not hide the right one; a longer one passes
+)
 
 
 @dataclass(eq=False)
@@ -23,6 +25,7 @@ class _Chain:
 
     rows: list[Array]
     near: bool
+    steady: int = 0  # steps without a gap
 
     @property
     def last(self) -> float:
@@ -57,6 +60,7 @@ class Strays:
         self.count = 0  # of those that were left out
         self._last, self._near = last, True  # of what passed; NaN: nothing has
         self._chains: list[_Chain] = []
+        self._limit = math.inf  # by the chain that passed last, where nothing else tells
 
     def following(self, rows: Array, near: Mask, limit: float) -> Array:
         """Return the samples that pass; `near` says which lie near the range, `limit` what is no gap. [s]"""
@@ -69,7 +73,7 @@ class Strays:
             return rows
         passed: list[Array] = []
         for row, is_near in zip(rows, near.tolist(), strict=True):
-            passed += self._take(row, is_near, limit)
+            passed += self._take(row, is_near, limit if math.isfinite(limit) else self._limit)
         return np.array(passed, dtype=np.float64).reshape(-1, rows.shape[1])
 
     def _take(self, row: Array, is_near: bool, limit: float) -> list[Array]:
@@ -79,9 +83,10 @@ class Strays:
             self._chains, self._last = [], float(row[0])
             return [row]
         chain = self._extended(row, is_near, limit)
-        if len(chain.rows) <= ISLAND:
+        if chain.steady < ISLAND and len(chain.rows) < MOST_CHAINS:  # many gaps are no gaps
             return []
         self.count += len({id(waiting) for other in self._chains for waiting in other.rows}) - len(chain.rows)
+        self._limit = chain.longest(math.inf)
         self._chains, self._last, self._near = [], chain.last, chain.near
         return chain.rows
 
@@ -94,8 +99,9 @@ class Strays:
             before = _Chain([row], is_near)
         elif before.step_to(time) <= before.longest(limit):
             before.rows.append(row)
+            before.steady += 1
             self._chains.remove(before)  # to become the last one
         else:  # a sample behind it may still be one without a gap
-            before = _Chain([*before.rows, row], is_near)
+            before = _Chain([*before.rows, row], is_near, before.steady)
         self._chains = [*self._chains, before][-MOST_CHAINS:]
         return before
