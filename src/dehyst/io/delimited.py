@@ -35,7 +35,8 @@ from dehyst.io.cells import (
     undress_units,
 )
 from dehyst.io.collect import Column, Piece, Source
-from dehyst.io.layout import Layout, find_layout, is_comment, split_line
+from dehyst.io.layout import Layout, find_layout
+from dehyst.io.lines import is_comment, split_line
 from dehyst.io.plain import PROBE, Part, find_plain, keeps_whole, read_part, read_plain
 from dehyst.io.table import SHOWN, Table, finite, list_names, list_rows, require_columns, shown_names, unique_names
 from dehyst.io.text import BLOCK, GZIP, Text, expand, open_text, unpacked
@@ -242,6 +243,7 @@ def _warn_decimal_comma(column: Sequence[str], name: str, findings: list[Finding
 
 
 def _assemble(name: str, layout: Layout, rows: Rows, content: Content, findings: list[Finding]) -> Table:
+    findings.extend(layout.findings)
     numbers = content.numbers
     raw = shown_names(layout.names or [_name(layout, j) for j in range(layout.width)], name, findings)
     names = unique_names(raw)

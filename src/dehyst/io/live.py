@@ -33,7 +33,8 @@ from dehyst.io.clocks import (
 )
 from dehyst.io.clocks import with_time_unit as with_unit_of_time
 from dehyst.io.delimited import layout_of, read_delimited
-from dehyst.io.layout import Layout, find_layout, is_comment, split_line
+from dehyst.io.layout import Layout, find_layout
+from dehyst.io.lines import is_comment, split_line
 from dehyst.io.table import Table, finite, measured
 from dehyst.io.text import open_text
 from dehyst.models.card import SignalCard, in_units_of

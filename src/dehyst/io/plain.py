@@ -12,7 +12,8 @@ import numpy.typing as npt
 import dehyst._native as _native
 from dehyst.arrays import Array, Rows
 from dehyst.io.cells import comma_number, is_date_time, is_dressed, number
-from dehyst.io.layout import BLANKS, Layout, split_line
+from dehyst.io.layout import Layout
+from dehyst.io.lines import BLANKS, split_line
 
 PROBE = 200  # lines that tell which columns hold labels
 LABEL_WIDTH = 64  # characters of a label; longer ones take the careful way

@@ -82,7 +82,7 @@ def _listed(sheets: dict[str, Rows]) -> str:
 def _cell(value: object) -> str:
     """A cell as text with all digits."""
     if isinstance(value, dt.datetime):
-        return value.isoformat(sep=" ")
+        return value.isoformat()  # with a T: a blank within a cell might part it
     if isinstance(value, dt.timedelta):
         return repr(value.total_seconds())
     return repr(value) if isinstance(value, float) else " ".join(str(value).split())

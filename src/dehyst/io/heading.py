@@ -1,0 +1,359 @@
+"""What stands above the numbers of a text log: where they begin, and the names and units of their columns.
+
+A header that has as many cells as the rows names the columns in their order. Where it has more or fewer, only the
+columns themselves can tell which name belongs to which; if they do not, no name is used, and a finding says so.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from dehyst.findings import Finding
+from dehyst.io.cells import MISSING, is_data, is_date_time, is_dressed, number, unescaped
+from dehyst.io.clocks import TIME_WORDS
+from dehyst.io.lines import BLANKS, COMMENTS, VOTERS, Parting, is_comment, is_missing, split_line
+from dehyst.units import canonical, parse_unit, words
+
+HEAD = 50  # lines above the numbers that may hold names
+AHEAD = 20  # lines of data among which no header may stand: what is above one belongs to a preamble
+ROWS = 100  # lines of data that are compared with the names
+SHOWN_NAMES = 6  # in a message
+LONGEST_UNIT = 12  # characters
+_RULE = re.compile(r"[-=:+_~* ]*")
+_UNIT = re.compile(r"[^\W\d_]{1,6}\d?|[%°‰Ω1-]|°[CFK]?|(?:[^\W\d_]{1,4}\d?|1|%)(?:[ ·*/^.-]{1,2}[^\W\d_]{1,5}[0-9²³]?){1,3}")
+_STAMP_FORM = re.compile(r"[YyMmDdHhSsfF:./ \-T]{4,}")
+# Units that `canonical` does not know, as they stand alone; of a ratio, what may stand above the line.
+_OTHER_UNITS = frozenset("% ‰ rpm hz khz mhz k °c degc °f degf l g kg w kw j a/d lsb counts ppm db rh %rh 1/min ohm".split())
+_ABOVE_LINE = frozenset("m3 m2 m³ m² l ml nl kg g 1 rev u umdr inc imp counts kj j w".split())
+
+
+@dataclass(frozen=True, slots=True)
+class Heading:
+    """Names and units of the columns, and where their numbers begin."""
+
+    names: tuple[str, ...] | None
+    units: tuple[str, ...] | None
+    first: int  # index of the first line of data
+    unfit: tuple[str, ...] = ()  # names of a header with more or fewer cells than the data
+    findings: tuple[Finding, ...] = ()
+
+
+def find_heading(lines: Sequence[str], sample: Sequence[str], parting: Parting, log: str) -> Heading:
+    """Find what stands above the numbers; `sample` are lines of data."""
+    first = _first_line(lines, parting, _number_columns(sample, parting))
+    above, unfit = _lines_above(lines, first, parting)
+    rows = [cells for cells in map(parting.split, _data_lines(lines, first, ROWS)) if len(cells) == parting.width]
+    units: tuple[str, ...] | None = None
+    names_above = above[1] if len(above) > 1 else unfit
+    if names_above and above and _is_units_row(above[0], names_above):
+        units = tuple(cell.strip("[]() ") for cell in above[0])
+        above = above[1:]
+    if above:
+        return Heading(tuple(_with_groups(above)), units, first)
+    if not unfit:
+        return Heading(None, units, first)
+    names, why = _fitted(unfit, rows, parting)
+    return Heading(names, units, first, tuple(unfit), (_misfit(unfit, names, why, rows, parting, log),))
+
+
+def _data_lines(lines: Sequence[str], first: int, count: int) -> list[str]:
+    """Lines from one on, without comments and empty ones."""
+    found: list[str] = []
+    for line in lines[first : first + 4 * count]:
+        if not is_comment(line):
+            found.append(line)
+        if len(found) == count:
+            break
+    return found
+
+
+def _number_columns(sample: Sequence[str], parting: Parting) -> list[bool]:
+    """Which columns hold numbers or date-times."""
+    rows = [row for row in map(parting.split, sample[:ROWS]) if len(row) == parting.width]
+    answer: list[bool] = []
+    for j in range(min(parting.width, VOTERS)):
+        filled = [row[j] for row in rows if not is_missing(row[j])]
+        answer.append(2 * sum(map(parting.is_data, filled)) > len(filled))
+    return answer
+
+
+def _first_line(lines: Sequence[str], parting: Parting, numbers: Sequence[bool]) -> int:
+    """Index of the first line of data.
+
+    A line of a preamble may hold numbers as well (``Rate;1000;;``): data have no text where the others have numbers,
+    and no header follows them.
+    """
+    start = len(lines)
+    for i, line in enumerate(lines):
+        if is_comment(line) or not _is_solid(parting.split(line), parting, numbers):
+            continue
+        below = [parting.split(other) for other in _data_lines(lines, i + 1, AHEAD)]
+        if not any(_is_header(cells, parting, numbers) for cells in below):
+            start = i
+            break
+    for i in range(start - 1, -1, -1):
+        cells = parting.split(lines[i])
+        filled = [cell for cell in cells if not is_missing(cell)]
+        if is_comment(lines[i]) or not parting.is_data_row(cells) or not filled or not parting.is_data(filled[0]):
+            break
+        start = i
+    if start == len(lines):  # a header every few lines, or text in every row
+        rows = (i for i, line in enumerate(lines) if not is_comment(line) and parting.is_data_row(parting.split(line)))
+        start = next(rows, start)
+    below = _data_lines(lines, start + 1, 1)
+    if below and _is_named_by_values(lines[start], below[0], parting.delimiter):
+        start += 1
+    return _first_missing(lines, start, parting)
+
+
+def _is_solid(cells: Sequence[str], parting: Parting, numbers: Sequence[bool]) -> bool:
+    """Whether a line has numbers, and no text where the others have them."""
+    if len(cells) != parting.width:
+        return False
+    filled = [cell for cell, is_number in zip(cells, numbers, strict=False) if is_number and not is_missing(cell)]
+    return bool(filled) and all(map(parting.is_data, filled))
+
+
+def _is_header(cells: Sequence[str], parting: Parting, numbers: Sequence[bool]) -> bool:
+    """Whether a line has texts where the others have numbers, and nothing else."""
+    if len(cells) != parting.width:
+        return False
+    filled = [cell for cell, is_number in zip(cells, numbers, strict=False) if is_number and not is_missing(cell)]
+    return 2 * len(filled) >= sum(numbers) and bool(filled) and not any(map(parting.is_data, filled))
+
+
+def _is_named_by_values(line: str, below: str, delimiter: str) -> bool:
+    """Whether a line names columns by values (``0 bar,2 bar``): numbers with units above plain ones."""
+    cells = [cell for cell in split_line(line, delimiter) if is_data(cell) or is_dressed(cell)]
+    return all(map(is_dressed, cells)) and not any(map(is_dressed, split_line(below, delimiter)))
+
+
+def _first_missing(lines: Sequence[str], first: int, parting: Parting) -> int:
+    """First of the lines just above the data in which every cell is missing: data too, and no header.
+
+    A line of dashes is a rule or says that nothing has a unit; it is passed over on the way, not taken.
+    """
+    start = first
+    for i in range(first - 1, -1, -1):
+        cells = [cell.strip().lower() for cell in parting.split(lines[i])]
+        if not is_comment(lines[i]) and (len(cells) != parting.width or not MISSING.issuperset(cells)):
+            break
+        if not is_comment(lines[i]) and not {"-", "--"}.issuperset(cells):
+            start = i
+    return start
+
+
+def _lines_above(lines: Sequence[str], first: int, parting: Parting) -> tuple[list[list[str]], list[str]]:
+    """Cells of the lines above the data that may name the columns, the nearest first; a commented line counts too.
+
+    Also the cells of the nearest line that looks like names, but has more or fewer than the data.
+    """
+    above: list[list[str]] = []
+    above_data = lines[max(0, first - HEAD) : first]
+    below = [parting.split(line) for line in _data_lines(lines, first, HEAD)]
+    last_empty = all(len(cells) != parting.width or not cells[-1].strip() for cells in below)
+    for line in reversed(above_data):
+        cells = header_cells(line, parting.delimiter)
+        if all(_RULE.fullmatch(cell) or is_missing(cell) for cell in cells):
+            continue
+        fitting = _fitting(cells, line, parting, last_empty)
+        if fitting and parting.width > 2 and sum(map(bool, fitting)) == 1:
+            continue  # a title
+        if fitting and not _is_entry(fitting, parting.width):
+            above.append(fitting)
+        elif not fitting and not above and _looks_like_names(cells, line, parting):
+            return [], cells
+        elif not fitting and len(above) == 1 and _is_units_row(above[0]) and _looks_like_names(cells, line, parting):
+            return above, cells
+        elif not is_comment(line):
+            break  # what stands above it is preamble
+        if len(above) == 3:
+            break
+    return above, []
+
+
+def _is_entry(cells: Sequence[str], width: int) -> bool:
+    """Whether a line is one of a preamble, padded with delimiters: a word, its value, and nothing (``Rate;1000;;``)."""
+    filled = [cell for cell in cells if cell]
+    return len(filled) < width and 2 * sum(map(is_data, filled)) >= len(filled)
+
+
+def _looks_like_names(cells: Sequence[str], line: str, parting: Parting) -> bool:
+    """Whether a line of another width may be meant as names: several words and hardly a number."""
+    if len(cells) < 2 or 2 * sum(map(is_data, cells)) >= len(cells):
+        return False
+    if not is_comment(line):
+        return True
+    near = abs(len(cells) - parting.width) <= max(1, parting.width // 3)
+    return parting.delimiter != BLANKS and near and all(len(cell) <= 30 for cell in cells)  # no sentence
+
+
+def _fitting(cells: list[str], line: str, parting: Parting, last_empty: bool) -> list[str]:
+    """Cells of a header if there are as many as in the data; none otherwise."""
+    width = parting.width
+    if len(cells) == width:
+        return cells
+    if len(cells) == width - 1 and last_empty:
+        return [*cells, ""]
+    if len(cells) > width and not any(cells[width:]):
+        return cells[:width]
+    # A header may be parted otherwise than the data: by tabs or wide blanks.
+    text = _without_mark(line).strip()
+    for pattern in (r"\t+", r"\s{2,}", r"\s*;\s*"):
+        parts = re.split(pattern, text)
+        if len(parts) == width and width > 1 and parting.delimiter not in text.replace(" ", "_"):
+            return [unescaped(part.strip().strip('"')) for part in parts]
+        if len(parts) == width and width > 1 and parting.delimiter == BLANKS:
+            return [unescaped(part.strip().strip('"')) for part in parts]
+    return []
+
+
+def _without_mark(line: str) -> str:
+    """A line without the sign that makes it a comment."""
+    for mark in COMMENTS:
+        if line.lstrip().startswith(mark):
+            return line.lstrip().lstrip(mark[0])
+    return line
+
+
+def header_cells(line: str, delimiter: str) -> list[str]:
+    """Cells of a line above the data, which may be a comment.
+
+    Examples
+    --------
+    >>> header_cells("# time angle [deg]", " "), header_cells('"time, s",angle', ",")
+    (['time', 'angle_[deg]'], ['time, s', 'angle'])
+    """
+    text = _without_mark(line.strip() if delimiter == BLANKS else line)
+    if not text.strip():
+        return []
+    if delimiter == BLANKS:
+        text = re.sub(r"[ \t]+(?=[\[(])", "_", text)  # angle [deg] is one name
+    return [unescaped(cell.strip()) for cell in split_line(text, delimiter)]
+
+
+def _with_groups(above: Sequence[Sequence[str]]) -> list[str]:
+    """Names of the nearest line; with the words of the line above where the nearest has a name twice."""
+    names = list(above[0])
+    if len(above) == 1 or len({name.lower() for name in names}) == len(names) or any(map(is_data, above[1])):
+        return names
+    group = ""
+    combined: list[str] = []
+    for over, name in zip(above[1], names, strict=True):
+        group = over or group
+        combined.append(f"{group} {name}".strip())
+    return combined
+
+
+def _is_units_row(cells: Sequence[str], names: Sequence[str] = ()) -> bool:
+    """Whether a line holds units: at least half of them known; or, below names, nothing but what looks like units."""
+    inner = [cell.strip("[]() ") for cell in cells]
+    if not any(cell.strip("-") for cell in inner):
+        return False
+    bracketed = [cell.strip()[:1] in {"[", "("} and unit != "" for cell, unit in zip(cells, inner, strict=True)]
+    sure = [bool(canonical(unit)) or mark for unit, mark in zip(inner, bracketed, strict=True)]
+    blank = sum(unit in {"", "-", "1"} for unit in inner)
+    if sum(sure) + blank >= 0.5 * len(cells) and (any(sure) or any(map(_is_other_unit, inner))):
+        return True
+    if not names or not all(names) or len(set(names)) < len(names):
+        return False
+    shaped = all(not unit or _STAMP_FORM.fullmatch(unit) or _is_unit_shaped(unit) for unit in inner)
+    return shaped and any(canonical(unit) or _is_other_unit(unit) for unit in inner)
+
+
+def _is_unit_shaped(text: str) -> bool:
+    return len(text) <= LONGEST_UNIT and bool(_UNIT.fullmatch(text))
+
+
+def _is_other_unit(text: str) -> bool:
+    """Whether a text is a unit although no table has it: %, rpm, m3/h."""
+    low = text.lower()
+    top, slash, bottom = low.partition("/")
+    ratio = bool(slash) and (top in _ABOVE_LINE or bool(canonical(top))) and _is_unit_shaped(bottom)
+    return low in _OTHER_UNITS or ratio or bool(set("°²³%") & set(text))
+
+
+def _fitted(
+    cells: Sequence[str], rows: Sequence[Sequence[str]], parting: Parting
+) -> tuple[tuple[str, ...] | None, str]:
+    """Names of the columns from a header that is too narrow, and why; None if the columns do not tell."""
+    extra = parting.width - len(cells)
+    if extra < 1 or len(rows) < 3:
+        return None, ""
+    columns = [[row[j].strip() for row in rows] for j in range(parting.width)]
+    first, last = columns[:extra], columns[len(cells) :]
+    right = extra == 1 and _agree(cells, columns[1:], parting) and _index_of(first[0], cells, parting)
+    left = _agree(cells, columns[: len(cells)], parting) and all(_is_beside(column, parting) for column in last)
+    if right and not left:
+        return ("", *cells), f"the first column {right} and has none"
+    if left and not right:
+        which = "the last column holds" if extra == 1 else f"the last {extra} columns hold"
+        return (*cells, *([""] * extra)), f"{which} one value or text and ha{'s' if extra == 1 else 've'} none"
+    return None, ""
+
+
+def _agree(cells: Sequence[str], columns: Sequence[Sequence[str]], parting: Parting) -> bool:
+    """Whether names and columns agree: time runs forward, and what has a unit holds numbers."""
+    for name, column in zip(cells, columns, strict=True):
+        values = [number(cell.replace(",", ".") if parting.decimal_comma else cell) for cell in column]
+        is_text = sum(value is None for value in values) > 0.5 * len(values)
+        if is_text and is_date_time(column[0]):
+            continue
+        bare, unit = parse_unit(name)
+        if is_text and canonical(unit):
+            return False
+        if TIME_WORDS & set(words(bare)) and not is_text and not _rises(values):
+            return False
+    return True
+
+
+def _rises(values: Sequence[float | None]) -> bool:
+    known = [value for value in values if value is not None and value == value]
+    steps = [later - earlier for earlier, later in zip(known, known[1:], strict=False)]
+    return bool(steps) and sum(step >= 0 for step in steps) >= 0.9 * len(steps) and max(steps) > 0
+
+
+def _index_of(column: Sequence[str], names: Sequence[str], parting: Parting) -> str:
+    """What a column without a name does if it is an index: counts the rows, names them, or is their time; or ""."""
+    values = [number(cell.replace(",", ".") if parting.decimal_comma else cell) for cell in column]
+    if all(value is None for value in values):
+        return "names the rows" if len(set(column)) == len(column) and not is_date_time(column[0]) else "holds dates"
+    known = [value for value in values if value is not None]
+    if len(known) < len(values):
+        return ""
+    steps = [later - earlier for earlier, later in zip(known, known[1:], strict=False)]
+    if known[0] in {0.0, 1.0} and all(step == 1.0 for step in steps):
+        return "counts the rows"
+    timed = any(TIME_WORDS & set(words(parse_unit(name)[0])) for name in names)
+    return "runs forward evenly" if not timed and min(steps) > 0 and max(steps) < 2 * min(steps) else ""
+
+
+def _is_beside(column: Sequence[str], parting: Parting) -> bool:
+    """Whether a column holds one value, nothing or text: not a signal that anybody would name."""
+    return len(set(column)) == 1 or not any(map(parting.is_number, filter(None, column)))
+
+
+def _misfit(
+    cells: Sequence[str],
+    names: tuple[str, ...] | None,
+    why: str,
+    rows: Sequence[Sequence[str]],
+    parting: Parting,
+    log: str,
+) -> Finding:
+    listed = ", ".join(cells[:SHOWN_NAMES]) + (", ..." if len(cells) > SHOWN_NAMES else "")
+    row = ", ".join(cell.strip() for cell in rows[0][:SHOWN_NAMES]) if rows else ""
+    row += ", ..." if parting.width > SHOWN_NAMES else ""
+    seen = f"the header of {log} has {len(cells)} names ({listed}) and its rows have {parting.width} cells ({row})"
+    if names:
+        said = f"{seen}: {why}, so the names were taken for the other columns. If that is wrong, write one name for every column."
+    else:
+        said = (
+            f"{seen}. Which name belongs to which column cannot be told, so none was used, and units in them were lost: "
+            f"the columns are called column_1 to column_{parting.width}. Write one name for every column into the file; "
+            f"or name the columns by their place, for example --input column_{max(1, parting.width - 1)} "
+            f"--output column_{parting.width}."
+        )
+    return Finding("header-width", said)
