@@ -28,8 +28,6 @@ HEADERS = (
     "groups-above", "one-short", "counter", "named-counter", "row-names", "padded", "padded-title", "two-more-cells",
 )  # fmt: skip
 ENDS = {"lf": "\n", "crlf": "\r\n", "nul": "\0\n", "nul-padded": "\0\0\0\0\r\n"}
-# A blank cannot keep the words of a name together; brackets around a unit can.
-WORDS = {"one-line": "_", "two-words": " ", "first-two-words": " "}
 
 
 @dataclass(frozen=True)
@@ -141,7 +139,11 @@ def _workbook(heads: list[list[str]], rows: list[list[str]], stamps: str, header
     book = openpyxl.Workbook(write_only=True)
     sheet = book.create_sheet("log")
     for r, cells in enumerate([*heads, *rows]):
-        stamped = len(cells) - (6 if header == "two-more-cells" else 4) if stamps not in {"none", "seconds"} and r >= len(heads) else -1
+        stamped = (
+            len(cells) - (6 if header == "two-more-cells" else 4)
+            if stamps not in {"none", "seconds"} and r >= len(heads)
+            else -1
+        )
         values = [_value(cell) for cell in cells]
         if stamped >= 0:
             values[stamped] = _moment(stamps, r - len(heads))
@@ -179,14 +181,12 @@ def cases(workbooks: bool = True) -> list[Case]:
 
 
 # Codes that say of a table that its names, cells or time may not be what they seem.
-WORDS_OF_NAMES = {
-    "header-width", "comma-twice", "ragged-lines", "row-numbers", "duplicate-columns", "split-stamps", "not-readable",
-}  # fmt: skip
+WORDS_OF_NAMES = {"header-width", "comma-twice", "ragged-lines", "duplicate-columns", "not-readable"}
 WORDS_OF_TIME = WORDS_OF_NAMES | {"no-time", "time-unit", "date-order"}
 
 
 def judge(case: Case, folder) -> str:
-    """What reading gives: "right", "said" (another value, and a finding or an error), or what is wrong in silence."""
+    """What reading gives: "right", "said: ..." (no truth, but a finding or an error), or what is wrong in silence."""
     path = folder / f"{case.name}{case.ending}"
     path.write_bytes(case.data)
     try:

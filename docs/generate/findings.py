@@ -104,6 +104,17 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "refused.",
             "Look at the named lines; mend or delete them.",
         ),
+        "header-width": (
+            "The header has more or fewer names than the rows have cells, or its last column has none. The names are "
+            "used where the columns show which they belong to: an index before them, or columns beside them that hold "
+            "one value, text or nothing. Otherwise none is used; the columns are called `column_1`, `column_2`, ...",
+            "Write one name for every column into the file, or name the columns by their place.",
+        ),
+        "comma-twice": (
+            "Commas part cells and mark decimals (`0,0,1,1486`): the number of names, or blanks after the commas that "
+            "part cells, showed which does what. Where nothing shows it, the log is refused.",
+            "Save the log with semicolons between the cells, or with points as decimal signs.",
+        ),
         "decimal-comma": (
             "Commas were read as decimal signs, but three digits follow each of them and other cells have none: they "
             "may separate thousands.",

@@ -547,7 +547,7 @@ const S = {
   count: (s, p) => (p === "" ? s.length + 1 : s.split(p).length - 1),
   partition: (s, p) => { const k = s.indexOf(p); return k < 0 ? $.tup(s, "", "") : $.tup(s.slice(0, k), p, s.slice(k + p.length)); },
   rpartition: (s, p) => { const k = s.lastIndexOf(p); return k < 0 ? $.tup("", "", s) : $.tup(s.slice(0, k), p, s.slice(k + p.length)); },
-  encode: (s) => new TextEncoder().encode(s), zfill: (s, n) => (/^[+-]/.test(s) ? s[0] + s.slice(1).padStart(n - 1, "0") : s.padStart(n, "0")),
+  encode: (s, e) => (e === "latin-1" ? Uint8Array.from(s, (c) => c.charCodeAt(0)) : new TextEncoder().encode(s)), zfill: (s, n) => (/^[+-]/.test(s) ? s[0] + s.slice(1).padStart(n - 1, "0") : s.padStart(n, "0")),
   ljust: (s, n, c = " ") => s.padEnd(n, c), rjust: (s, n, c = " ") => s.padStart(n, c),
   removeprefix: (s, p) => (s.startsWith(p) ? s.slice(p.length) : s), removesuffix: (s, p) => (p && s.endsWith(p) ? s.slice(0, -p.length) : s),
   translate: (s, table) => [...s].map((c) => { const f = table.lookup(c.codePointAt(0)) ?? table.lookup(c); return f === undefined ? c : f[1] === null ? "" : typeof f[1] === "number" ? String.fromCodePoint(f[1]) : f[1]; }).join(""),

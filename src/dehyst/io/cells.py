@@ -31,15 +31,17 @@ _THOUSANDS_COMMA = re.compile(r"[+-]?\d{1,3}(?:,\d{3})+\.\d*", re.ASCII)
 HOLDS_TEXT = "holds text in"  # by which who reads line by line knows a refusal that does not concern it
 _INFINITE = frozenset(["inf", "+inf", "-inf", "infinity", "+infinity", "-infinity", "1.#inf", "-1.#inf"])
 _DATE_TIME = re.compile(r"\d{4}-\d\d-\d\d([T ]\d\d:\d\d(:\d\d([.,]\d+)?)?)?( ?(Z|UTC|[+-]\d\d:?\d\d))?", re.ASCII)
-# 2024/03/05, 05.03.2024 or 3/5/24 before a time of day; a date by itself only with points and a whole year.
+# 2024/03/05, 05.03.2024 or 3/5/24 before a time of day; a date by itself with the year first, or with points and a
+# whole year.
 _TIME_OF_DAY = r"[T ] *(\d{1,2}:\d\d(?::\d\d(?:[.,]\d+)?)?) *([AP]M)?"
 _YEAR_FIRST = re.compile(rf"(\d{{4}})[/.](\d{{1,2}})[/.](\d{{1,2}}){_TIME_OF_DAY}", re.ASCII | re.IGNORECASE)
 _YEAR_LAST = re.compile(rf"(\d{{1,2}})([/.-])(\d{{1,2}})\2(\d{{4}}|\d\d){_TIME_OF_DAY}", re.ASCII | re.IGNORECASE)
+_SLASHED_DATE = re.compile(r"(\d{4})[/.](\d{1,2})[/.](\d{1,2})", re.ASCII)
 _POINTED_DATE = re.compile(r"\d{1,2}\.\d{1,2}\.\d{4}", re.ASCII)
 _CLOCK = re.compile(r"\d{1,2}:\d\d:\d\d([.,]\d+)?", re.ASCII)
 # What a spreadsheet runs: signs of formulas, also the wide ones; an apostrophe before them says that they are text.
 FORMULA = re.compile("'*[=+\\-@\uff1d\uff0b\uff0d\uff20]")
-_STAMPS = (_DATE_TIME, _CLOCK, _YEAR_LAST, _YEAR_FIRST, _POINTED_DATE)
+_STAMPS = (_DATE_TIME, _CLOCK, _YEAR_LAST, _YEAR_FIRST, _POINTED_DATE, _SLASHED_DATE)
 
 
 _DIGITS = r"(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?"
@@ -186,6 +188,9 @@ def _iso(text: str, order: str) -> str:
     elif match := _YEAR_LAST.fullmatch(text):
         one, _, two, year, clock, half = match.groups()
         day, month = (one, two) if order == "day" else (two, one)
+    elif match := _SLASHED_DATE.fullmatch(text):
+        year, month, day = match.groups()
+        clock, half = "00:00", None
     elif _POINTED_DATE.fullmatch(text):
         day, month, year = text.split(".")
         clock, half = "00:00", None

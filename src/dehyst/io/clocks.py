@@ -23,7 +23,7 @@ TIME_WORDS = frozenset(
     )
 )
 PLAIN_WORDS = frozenset(words("time timestamp timestamps zeit zeitstempel elapsed datetime"))
-NAMELESS = ("column_1", "X_Value")  # no header; the first column of a LabVIEW measurement file
+FIRST_OF_LABVIEW = "X_Value"  # name of the first column of a measurement file, whatever it holds
 FORWARD_SHARE = 0.9  # of the steps of a clock
 BACKWARD_SHARE = 0.95  # of the steps of a log whose newest row stands first
 # Seconds since 1970 from 2001 to 2099; a stamp in this window counts from an epoch, not from a start button.
@@ -79,8 +79,8 @@ def clock_names(table: Table) -> list[str]:
     """Columns that look like time, in the order of the log.
 
     If none runs forward, one that is plainly called time is still the clock: its order is then a fault to be
-    reported, not a reason to do without it. Failing that, a nameless first column that counts up evenly is time, or
-    the first column of a matrix in a binary log.
+    reported, not a reason to do without it. Failing that, a nameless column that counts up evenly is time, or the first
+    column of a matrix in a binary log.
     """
     if table not in _FOUND:
         _FOUND[table] = _find_clocks(table)
@@ -92,7 +92,7 @@ def _find_clocks(table: Table) -> list[str]:
     return (
         [name for name in names if is_clock(table, name)]
         or [name for name in names if PLAIN_WORDS & set(words(parse_unit(name)[0])) and _moves(table, name)]
-        or [name for name in names[:1] if name in NAMELESS and _is_even(table.columns[name])]
+        or _nameless_clock(table)
         or [name for name in names if _leads_matrix(table, name) and _is_even(table.columns[name])]
     )
 
@@ -100,6 +100,44 @@ def _find_clocks(table: Table) -> list[str]:
 def _is_clear(unit: str) -> bool:
     """Whether a clock names a unit of time, or none."""
     return not unit or seconds_of(unit) is not None
+
+
+def _nameless_clock(table: Table) -> list[str]:
+    """A column without a name that counts up evenly: the first if others have names, any if none has.
+
+    One that counts the rows is no time beside names, and only if nothing else is where there are none.
+    """
+    nameless = [name for place, name in enumerate(table.order, 1) if name == f"column_{place}"]
+    headless = len(nameless) == len(table.order)
+    candidates = nameless if headless else [name for name in table.order[:1] if name in (*nameless, FIRST_OF_LABVIEW)]
+    candidates = [name for name in candidates if name in table.columns]
+    candidates = [name for name in candidates if name == table.order[0] or _never_falls(table.columns[name])]
+    even = [name for name in candidates if _is_even(table.columns[name])]
+    timed = [name for name in even if not _counts_rows(table.columns[name])]
+    if timed or not headless:
+        return timed[:1]
+    return (even or [name for name in candidates if _is_even(_of_blocks(table.columns[name]))])[:1]
+
+
+def _never_falls(values: Array) -> bool:
+    return bool(np.all(np.diff(measured(values)) >= 0))
+
+
+def _counts_rows(values: Array) -> bool:
+    good = measured(values)
+    return good[0] in (0.0, 1.0) and bool(np.all(np.diff(good) == 1.0))
+
+
+def _of_blocks(values: Array) -> Array:
+    """The values of a column each of which stands in about as many rows as the others, as a coarse clock writes them.
+
+    None for another column: a temperature that rises stays at one reading for long, at another shortly.
+    """
+    good = measured(values)
+    starts = np.flatnonzero(np.diff(good) != 0) + 1
+    lengths = np.diff(starts)
+    regular = lengths.size > 0 and bool(np.max(lengths) <= 2.0 * np.mean(lengths))
+    return good[starts] if regular else good[:0]
 
 
 def _leads_matrix(table: Table, name: str) -> bool:

@@ -38,6 +38,7 @@ from dehyst.io.collect import Column, Piece, Source
 from dehyst.io.layout import Layout, find_layout
 from dehyst.io.lines import is_comment, split_line
 from dehyst.io.plain import PROBE, Part, find_plain, keeps_whole, read_part, read_plain
+from dehyst.io.rewrite import Rewriting, rewriting, rewritten
 from dehyst.io.table import SHOWN, Table, finite, list_names, list_rows, require_columns, shown_names, unique_names
 from dehyst.io.text import BLOCK, GZIP, Text, expand, open_text, unpacked
 from dehyst.shell import visible
@@ -51,18 +52,31 @@ LONGEST_LINE = 1 << 24  # bytes
 
 def read_delimited(data: bytes, name: str) -> Table:
     """Read a text log."""
-    text = open_text(expand(data, name), name)
-    layout = layout_of(text, name)
+    text, layout, change = _opened(expand(data, name), name)
     findings: list[Finding] = []
-    quick = _quick(text, layout, findings) if layout else None
-    if layout and quick:
+    if change:
+        text = rewritten(text, change)
+        layout = find_layout(text.lines, name)
+        findings.extend(change.findings)
+    quick = _quick(text, layout, findings)
+    if quick:
         return _assemble(name, layout, quick[1], quick[0], findings)
     lines = text.all_lines()
-    layout = layout if layout and text.complete else find_layout(lines, name)
+    layout = layout if text.complete else find_layout(lines, name)
     body, rows = _body(lines, layout.first)
     cells, rows = _split(body, rows, layout, name, findings)
     content = _careful(cells, rows, layout, name, findings)
     return _assemble(name, layout, rows, content, findings)
+
+
+def _opened(data: bytes, name: str) -> tuple[Text, Layout, Rewriting | None]:
+    """A text log, how its lines are to be read, and whether they must be written anew before."""
+    text = open_text(data, name)
+    layout = layout_of(text, name)
+    if layout is None:
+        text = Text(text.data, text.all_lines(), True)
+        layout = find_layout(text.lines, name)
+    return text, layout, rewriting(text.lines, layout, name)
 
 
 def layout_of(text: Text, name: str) -> Layout | None:
@@ -129,7 +143,7 @@ def _split(
     keep = np.array([len(row) == layout.width for row in cells], dtype=bool)
     ragged = rows[~keep]
     if ragged.size:
-        findings.append(_ragged(name, layout, f"{list_rows(ragged)} of {name}"))
+        findings.append(_ragged(layout, f"{list_rows(ragged)} of {name}", ragged.size))
     if ragged.size > 0.5 * keep.size:
         raise LogError(
             f"log '{name}' is not a table: {ragged.size} of its {keep.size} lines do not have the {layout.width} cells "
@@ -140,11 +154,12 @@ def _split(
     return list(compress(cells, keep)), rows[keep]
 
 
-def _ragged(name: str, layout: Layout, lines: str) -> Finding:
+def _ragged(layout: Layout, lines: str, count: int) -> Finding:
+    have, were, them = ("does not have", "was", "it") if count == 1 else ("do not have", "were", "them")
     return Finding(
         "ragged-lines",
-        f"{lines} do not have the {layout.width} cells of the others and were left out: the logger was interrupted or "
-        f"lines were damaged. Look at them, and mend or delete them.",
+        f"{lines} {have} the {layout.width} cells of the others and {were} left out: the logger was interrupted, a "
+        f"line was damaged, or it is no line of the table. Look at {them}, and mend or delete {them}.",
     )
 
 
@@ -283,11 +298,10 @@ class TextChunks(Source):
 
     def _head(self) -> Table:
         data = next(self._blocks(BLOCK), (b"", 0))[0]
-        text = open_text(data, self.path.name)
         table = read_delimited(data, self.path.name)
-        layout = layout_of(text, self.path.name)
-        plain = find_plain(list(islice(self._whole(text, layout), PROBE)), layout) if layout else None
-        if layout is None or plain is None or b"\0" in data[:4096]:
+        text, layout, change = _opened(data, self.path.name)
+        plain = None if change else find_plain(list(islice(self._whole(text, layout), PROBE)), layout)
+        if plain is None or b"\0" in data[:4096]:
             raise LogError(
                 f"log '{self.path.name}' cannot be read in chunks: its cells are not plain numbers set off by one "
                 f"delimiter (quotes, units in cells, separators of thousands, UTF-16 or the like). Read it at once, "
@@ -345,7 +359,7 @@ class TextChunks(Source):
         if not self._ragged:
             return []
         lines = f"{self._ragged} lines of {self.path.name}, among them {list_rows(self._shown)},"
-        return [_ragged(self.path.name, self._layout, lines)]
+        return [_ragged(self._layout, lines, 2)]
 
     def pieces(self, names: Sequence[str], rows: int) -> Iterator[Piece]:
         """All rows of some columns, at most `rows` at a time."""

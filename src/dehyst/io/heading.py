@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from dehyst.findings import Finding
 from dehyst.io.cells import MISSING, is_data, is_date_time, is_dressed, number, unescaped
@@ -18,15 +19,23 @@ from dehyst.units import canonical, parse_unit, words
 
 HEAD = 50  # lines above the numbers that may hold names
 AHEAD = 20  # lines of data among which no header may stand: what is above one belongs to a preamble
+CHARACTERS = 1 << 18  # of lines that are looked at, where these are long
 ROWS = 100  # lines of data that are compared with the names
+NAME_WORDS = 2  # of a name, without its unit
 SHOWN_NAMES = 6  # in a message
 LONGEST_UNIT = 12  # characters
+COUNTS = "counts the rows"
+COUNT_WORDS = frozenset(
+    words("n no nr num number nummer index idx row rows zeile sample samples count counter id point k i")
+)
 _RULE = re.compile(r"[-=:+_~* ]*")
-_UNIT = re.compile(r"[^\W\d_]{1,6}\d?|[%°‰Ω1-]|°[CFK]?|(?:[^\W\d_]{1,4}\d?|1|%)(?:[ ·*/^.-]{1,2}[^\W\d_]{1,5}[0-9²³]?){1,3}")
+_UNIT = re.compile(
+    r"[^\W\d_]{1,6}\d?|[%°‰Ω1-]|°[CFK]?|(?:[^\W\d_]{1,4}\d?|1|%)(?:[ ·*/^.-]{1,2}[^\W\d_]{1,5}[0-9²³]?){1,3}"
+)
 _STAMP_FORM = re.compile(r"[YyMmDdHhSsfF:./ \-T]{4,}")
 # Units that `canonical` does not know, as they stand alone; of a ratio, what may stand above the line.
-_OTHER_UNITS = frozenset("% ‰ rpm hz khz mhz k °c degc °f degf l g kg w kw j a/d lsb counts ppm db rh %rh 1/min ohm".split())
-_ABOVE_LINE = frozenset("m3 m2 m³ m² l ml nl kg g 1 rev u umdr inc imp counts kj j w".split())
+_OTHER_UNITS = frozenset(words("rpm hz khz mhz k degc degf l g kg w kw j lsb counts ppm db rh ohm"))
+_ABOVE_LINE = frozenset(["m3", "m2", "1", *words("l ml nl kg g rev u umdr inc imp counts kj j w")])
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +52,7 @@ class Heading:
 def find_heading(lines: Sequence[str], sample: Sequence[str], parting: Parting, log: str) -> Heading:
     """Find what stands above the numbers; `sample` are lines of data."""
     first = _first_line(lines, parting, _number_columns(sample, parting))
-    above, unfit = _lines_above(lines, first, parting)
+    above, unfit, unfit_units = _lines_above(lines, first, parting)
     rows = [cells for cells in map(parting.split, _data_lines(lines, first, ROWS)) if len(cells) == parting.width]
     units: tuple[str, ...] | None = None
     names_above = above[1] if len(above) > 1 else unfit
@@ -51,27 +60,37 @@ def find_heading(lines: Sequence[str], sample: Sequence[str], parting: Parting, 
         units = tuple(cell.strip("[]() ") for cell in above[0])
         above = above[1:]
     if above:
-        return Heading(tuple(_with_groups(above)), units, first)
+        names = _with_groups(above)
+        shifted = not names[-1] and len(rows) > 2 and _may_be_shifted(names, rows, parting)
+        return Heading(tuple(names), units, first, (), (_shifted(names, log),) if shifted else ())
     if not unfit:
         return Heading(None, units, first)
-    names, why = _fitted(unfit, rows, parting)
-    return Heading(names, units, first, tuple(unfit), (_misfit(unfit, names, why, rows, parting, log),))
+    before, after, why = _place_of(unfit, rows, parting)
+    finding = _misfit(unfit, why, rows, parting, log)
+    if not why:
+        return Heading(None, units, first, tuple(unfit), (finding,))
+    placed = (*[""] * before, *unfit, *[""] * after)
+    if len(unfit_units) == len(unfit):
+        units = (*[""] * before, *(cell.strip("[]() ") for cell in unfit_units), *[""] * after)
+    return Heading(placed, units, first, tuple(unfit), (finding,))
 
 
 def _data_lines(lines: Sequence[str], first: int, count: int) -> list[str]:
-    """Lines from one on, without comments and empty ones."""
-    found: list[str] = []
+    """Lines from one on, without comments and empty ones; fewer where they are long."""
+    chosen: list[str] = []
+    left = CHARACTERS
     for line in lines[first : first + 4 * count]:
-        if not is_comment(line):
-            found.append(line)
-        if len(found) == count:
+        if len(chosen) == count or (left <= 0 and len(chosen) >= 3):
             break
-    return found
+        if not is_comment(line):
+            chosen.append(line)
+            left -= len(line)
+    return chosen
 
 
 def _number_columns(sample: Sequence[str], parting: Parting) -> list[bool]:
     """Which columns hold numbers or date-times."""
-    rows = [row for row in map(parting.split, sample[:ROWS]) if len(row) == parting.width]
+    rows = [row for row in map(parting.split, _data_lines(sample, 0, ROWS)) if len(row) == parting.width]
     answer: list[bool] = []
     for j in range(min(parting.width, VOTERS)):
         filled = [row[j] for row in rows if not is_missing(row[j])]
@@ -102,8 +121,8 @@ def _first_line(lines: Sequence[str], parting: Parting, numbers: Sequence[bool])
     if start == len(lines):  # a header every few lines, or text in every row
         rows = (i for i, line in enumerate(lines) if not is_comment(line) and parting.is_data_row(parting.split(line)))
         start = next(rows, start)
-    below = _data_lines(lines, start + 1, 1)
-    if below and _is_named_by_values(lines[start], below[0], parting.delimiter):
+    following = _data_lines(lines, start + 1, 1)
+    if following and _is_named_by_values(lines[start], following[0], parting.delimiter):
         start += 1
     return _first_missing(lines, start, parting)
 
@@ -145,16 +164,17 @@ def _first_missing(lines: Sequence[str], first: int, parting: Parting) -> int:
     return start
 
 
-def _lines_above(lines: Sequence[str], first: int, parting: Parting) -> tuple[list[list[str]], list[str]]:
+def _lines_above(lines: Sequence[str], first: int, parting: Parting) -> tuple[list[list[str]], list[str], list[str]]:
     """Cells of the lines above the data that may name the columns, the nearest first; a commented line counts too.
 
-    Also the cells of the nearest line that looks like names, but has more or fewer than the data.
+    Also the cells of the nearest line that looks like names, but has more or fewer than the data, and those of a line
+    of units below it.
     """
     above: list[list[str]] = []
-    above_data = lines[max(0, first - HEAD) : first]
-    below = [parting.split(line) for line in _data_lines(lines, first, HEAD)]
-    last_empty = all(len(cells) != parting.width or not cells[-1].strip() for cells in below)
-    for line in reversed(above_data):
+    units: list[str] = []
+    below = [cells for cells in map(parting.split, _data_lines(lines, first, HEAD)) if len(cells) == parting.width]
+    last_empty = not any(cells[-1].strip() for cells in below)
+    for line in reversed(lines[max(0, first - HEAD) : first]):
         cells = header_cells(line, parting.delimiter)
         if all(_RULE.fullmatch(cell) or is_missing(cell) for cell in cells):
             continue
@@ -163,15 +183,15 @@ def _lines_above(lines: Sequence[str], first: int, parting: Parting) -> tuple[li
             continue  # a title
         if fitting and not _is_entry(fitting, parting.width):
             above.append(fitting)
-        elif not fitting and not above and _looks_like_names(cells, line, parting):
-            return [], cells
-        elif not fitting and len(above) == 1 and _is_units_row(above[0]) and _looks_like_names(cells, line, parting):
-            return above, cells
+        elif not fitting and not units and _is_units_row(cells) and _looks_like_names(cells, line, parting):
+            units = cells
+        elif not fitting and all(map(_is_units_row, above)) and _looks_like_names(cells, line, parting):
+            return above, cells, units
         elif not is_comment(line):
             break  # what stands above it is preamble
         if len(above) == 3:
             break
-    return above, []
+    return above, [] if above else units, []
 
 
 def _is_entry(cells: Sequence[str], width: int) -> bool:
@@ -182,12 +202,17 @@ def _is_entry(cells: Sequence[str], width: int) -> bool:
 
 def _looks_like_names(cells: Sequence[str], line: str, parting: Parting) -> bool:
     """Whether a line of another width may be meant as names: several words and hardly a number."""
-    if len(cells) < 2 or 2 * sum(map(is_data, cells)) >= len(cells):
+    if 2 * sum(map(is_data, cells)) >= len(cells) or (len(cells) < 2 and parting.width != 2):
         return False
     if not is_comment(line):
         return True
-    near = abs(len(cells) - parting.width) <= max(1, parting.width // 3)
-    return parting.delimiter != BLANKS and near and all(len(cell) <= 30 for cell in cells)  # no sentence
+    # No sentence: those have more words than a log has columns, or long parts between their commas.
+    return abs(len(cells) - parting.width) == 1 and not _is_prose(cells)
+
+
+def _is_prose(cells: Sequence[str]) -> bool:
+    """Whether cells are parts of a sentence, and no names."""
+    return any(len(re.sub(r"[\[(].*", "", cell).split()) > NAME_WORDS for cell in cells)
 
 
 def _fitting(cells: list[str], line: str, parting: Parting, last_empty: bool) -> list[str]:
@@ -275,23 +300,39 @@ def _is_other_unit(text: str) -> bool:
     return low in _OTHER_UNITS or ratio or bool(set("°²³%") & set(text))
 
 
-def _fitted(
-    cells: Sequence[str], rows: Sequence[Sequence[str]], parting: Parting
-) -> tuple[tuple[str, ...] | None, str]:
-    """Names of the columns from a header that is too narrow, and why; None if the columns do not tell."""
+def _place_of(cells: Sequence[str], rows: Sequence[Sequence[str]], parting: Parting) -> tuple[int, int, str]:
+    """How many columns before and after those that a narrow header names have no name, and what shows it; else ""."""
     extra = parting.width - len(cells)
-    if extra < 1 or len(rows) < 3:
-        return None, ""
+    if extra < 1 or len(rows) < 3 or _is_prose(cells):
+        return 0, 0, ""
     columns = [[row[j].strip() for row in rows] for j in range(parting.width)]
-    first, last = columns[:extra], columns[len(cells) :]
-    right = extra == 1 and _agree(cells, columns[1:], parting) and _index_of(first[0], cells, parting)
-    left = _agree(cells, columns[: len(cells)], parting) and all(_is_beside(column, parting) for column in last)
-    if right and not left:
-        return ("", *cells), f"the first column {right} and has none"
-    if left and not right:
-        which = "the last column holds" if extra == 1 else f"the last {extra} columns hold"
-        return (*cells, *([""] * extra)), f"{which} one value or text and ha{'s' if extra == 1 else 've'} none"
-    return None, ""
+    index = _index_of(columns[0], cells, parting) if extra == 1 and _agree(cells, columns[1:], parting) else ""
+    beside = all(_is_beside(column, parting) for column in columns[len(cells) :])
+    left = beside and _agree(cells, columns[: len(cells)], parting)
+    if index and not left:
+        return 1, 0, f"the first column {index}"
+    if left and not index:
+        which = "the last column holds" if extra == 1 else f"each of the last {extra} columns holds"
+        return 0, extra, f"{which} one value, text or nothing"
+    return 0, 0, ""
+
+
+def _may_be_shifted(names: Sequence[str], rows: Sequence[Sequence[str]], parting: Parting) -> bool:
+    """Whether the last column is a signal without a name, and the first counts the rows under another name."""
+    first, last = ([row[j].strip() for row in rows] for j in (0, -1))
+    called = bool(COUNT_WORDS & set(words(names[0])))
+    return (
+        bool(names[0]) and not called and not _is_beside(last, parting) and _index_of(first, names, parting) == COUNTS
+    )
+
+
+def _shifted(names: Sequence[str], log: str) -> Finding:
+    return Finding(
+        "header-width",
+        f"the last column of {log} has no name, and the first, called '{names[0]}', counts the rows: the names may "
+        f"stand one column too far to the left. They were taken as they stand. If that is wrong, write one name for "
+        f"every column; otherwise there is nothing to do.",
+    )
 
 
 def _agree(cells: Sequence[str], columns: Sequence[Sequence[str]], parting: Parting) -> bool:
@@ -311,7 +352,7 @@ def _agree(cells: Sequence[str], columns: Sequence[Sequence[str]], parting: Part
 
 def _rises(values: Sequence[float | None]) -> bool:
     known = [value for value in values if value is not None and value == value]
-    steps = [later - earlier for earlier, later in zip(known, known[1:], strict=False)]
+    steps = [later - earlier for earlier, later in pairwise(known)]
     return bool(steps) and sum(step >= 0 for step in steps) >= 0.9 * len(steps) and max(steps) > 0
 
 
@@ -323,9 +364,9 @@ def _index_of(column: Sequence[str], names: Sequence[str], parting: Parting) -> 
     known = [value for value in values if value is not None]
     if len(known) < len(values):
         return ""
-    steps = [later - earlier for earlier, later in zip(known, known[1:], strict=False)]
+    steps = [later - earlier for earlier, later in pairwise(known)]
     if known[0] in {0.0, 1.0} and all(step == 1.0 for step in steps):
-        return "counts the rows"
+        return COUNTS
     timed = any(TIME_WORDS & set(words(parse_unit(name)[0])) for name in names)
     return "runs forward evenly" if not timed and min(steps) > 0 and max(steps) < 2 * min(steps) else ""
 
@@ -335,25 +376,25 @@ def _is_beside(column: Sequence[str], parting: Parting) -> bool:
     return len(set(column)) == 1 or not any(map(parting.is_number, filter(None, column)))
 
 
-def _misfit(
-    cells: Sequence[str],
-    names: tuple[str, ...] | None,
-    why: str,
-    rows: Sequence[Sequence[str]],
-    parting: Parting,
-    log: str,
-) -> Finding:
+def _misfit(cells: Sequence[str], why: str, rows: Sequence[Sequence[str]], parting: Parting, log: str) -> Finding:
+    """What is said of names that are more or fewer than the cells."""
     listed = ", ".join(cells[:SHOWN_NAMES]) + (", ..." if len(cells) > SHOWN_NAMES else "")
     row = ", ".join(cell.strip() for cell in rows[0][:SHOWN_NAMES]) if rows else ""
     row += ", ..." if parting.width > SHOWN_NAMES else ""
-    seen = f"the header of {log} has {len(cells)} names ({listed}) and its rows have {parting.width} cells ({row})"
-    if names:
-        said = f"{seen}: {why}, so the names were taken for the other columns. If that is wrong, write one name for every column."
-    else:
-        said = (
-            f"{seen}. Which name belongs to which column cannot be told, so none was used, and units in them were lost: "
-            f"the columns are called column_1 to column_{parting.width}. Write one name for every column into the file; "
-            f"or name the columns by their place, for example --input column_{max(1, parting.width - 1)} "
-            f"--output column_{parting.width}."
+    plural = "s" if len(cells) > 1 else ""
+    seen = (
+        f"the header of {log} has {len(cells)} name{plural} ({listed}) and its rows have {parting.width} cells ({row})"
+    )
+    if why:
+        return Finding(
+            "header-width",
+            f"{seen}: {why}, so the names were taken for the other columns. If that is wrong, write one name for every "
+            f"column.",
         )
-    return Finding("header-width", said)
+    last = parting.width
+    return Finding(
+        "header-width",
+        f"{seen}. Which name belongs to which column cannot be told, so none was used, and units in them were lost: "
+        f"the columns are called column_1 to column_{last}. Write one name for every column into the file; or name "
+        f"columns by their place, for example --input column_{max(1, last - 1)} --output column_{last}.",
+    )

@@ -186,6 +186,7 @@ class Text:
 
 def open_text(data: bytes, name: str) -> Text:
     """Decode the first lines of a log, and of the others as much as it takes to have UTF-8."""
+    data = _without_padding(data)
     cut = len(data) if _utf16(data) else _head_size(data)
     if cut < len(data) and (data.isascii() or data[cut:].isascii()):
         head = decode(data[:cut], name)
@@ -197,6 +198,14 @@ def open_text(data: bytes, name: str) -> Text:
     if cut < len(plain):
         return Text(plain, join_quoted(lines_of(plain[:cut].decode())[:-1]), False)
     return Text(plain, join_quoted(lines_of(text)), True)
+
+
+def _without_padding(data: bytes) -> bytes:
+    """Text without the NULs by which a logger fills its lines, or its file, to a fixed length."""
+    if 0 not in data or _utf16(data):
+        return data
+    text = re.sub("\0+(?=[\r\n]|\\Z)", "", data.decode("latin-1"))
+    return data if "\0" in text else text.encode("latin-1")
 
 
 def _head_size(data: bytes) -> int:
