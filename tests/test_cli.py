@@ -545,6 +545,15 @@ def test_a_log_is_never_overwritten_by_another_name_for_it(run, folder, tmp_path
         run("identify", log, "--input", PRESSURE, "--output", ANGLE, *QUICK, "--save", tmp_path / other)
         run("simulate", folder / "model.json", log, "--input", PRESSURE, "--out", tmp_path / other)
         assert log.read_bytes() == content
+        status, _, err = run(
+            "identify", log, "--input", PRESSURE, "--output", ANGLE, "--save", tmp_path / other, "--overwrite"
+        )
+        assert status == 2 and "the log itself" in " ".join(err.split())
+        status, _, err = run(
+            "simulate", folder / "model.json", log, "--input", PRESSURE, "--out", tmp_path / other, "--overwrite"
+        )
+        assert status == 2 and "the log or the model itself" in " ".join(err.split())
+        assert os.path.samestat((tmp_path / other).stat(), log.stat()), "the other name is still there"
     arguments = ("simulate", folder / "model.json", log, "--input", PRESSURE, "--out", folder / "model.json")
     model = (folder / "model.json").read_bytes()
     assert run(*arguments)[0] == 2

@@ -27,6 +27,7 @@ from dehyst.robot.experiments.rig import cautions, check_rig, new_rig
 from dehyst.robot.experiments.trials import run_trial
 from dehyst.robot.report import write_reproduction_report
 from dehyst.robot.report.arm import plane_of
+from effort import no_hang
 
 PACKAGED = load_robot(conditions="kind")
 JOINT = """
@@ -522,3 +523,34 @@ def test_drives_that_are_none_are_refused(tmp_path, said, says):
     with pytest.raises(ParameterError) as caught:
         robot_of(tomllib.loads(text), "rig.toml")
     assert says in str(caught.value)
+
+
+def chain(joints):
+    """A URDF file of a chain."""
+    inertia = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    links = "".join(f'<link name="l{k}">{inertia}</link>' for k in range(joints + 1))
+    return f"<robot name='r'>{links}" + "".join(
+        f'<joint name="j{k}" type="revolute"><parent link="l{k}"/><child link="l{k + 1}"/><axis xyz="0 0 1"/>'
+        f'<origin xyz="0.1 0 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+        for k in range(joints)
+    ) + "</robot>"  # fmt: skip
+
+
+COPIED = """<mujoco><worldbody><replicate count="100000"><replicate count="1000"><geom size="1"/></replicate>
+</replicate></worldbody></mujoco>"""
+FLAT = "<mujoco><worldbody>" + '<body><geom size="1"/></body>' * 1200 + "</worldbody></mujoco>"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (chain(1499), "has 1499 joints; dehyst reads body files of up to 120"),
+        (COPIED, r"asks for 1e\+08 copies"),
+        (FLAT, "has 1201 bodies"),
+    ],
+)
+def test_a_body_file_that_is_too_large_is_counted_before_any_work(tmp_path, text, words):
+    file = tmp_path / ("arm.urdf" if text.startswith("<robot") else "arm.xml")
+    file.write_text(text)
+    with no_hang(words), pytest.raises(ParameterError, match=words):
+        new_rig(tmp_path / "rig.toml", body=file)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from dehyst.app.logs import dead_time_findings, given_of, outside, part_of, verdict_findings
 from dehyst.app.requests import CompensateRequest, SimulateRequest
-from dehyst.app.targets import BAND, refuse_existing
+from dehyst.app.targets import BAND, place_of, refuse_existing
 from dehyst.app.terminal import ask_progress, print_findings, tell
 from dehyst.arrays import Array
 from dehyst.errors import ColumnError, OutputError, ParameterError, TimeError
@@ -69,7 +69,7 @@ def run_compensate(request: CompensateRequest) -> None:
 
 def _read(request: SimulateRequest, role: str) -> tuple[Model, Signal]:
     for target in (request.out, request.figure):
-        if target is not None and target.resolve() in {request.log.resolve(), request.model.resolve()}:
+        if target is not None and place_of(target) in {place_of(request.log), place_of(request.model)}:
             raise OutputError(
                 f"'{target}' is the log or the model itself; writing there would lose it. Name another file."
             )

@@ -63,23 +63,32 @@ def refuse_existing(path: Path, overwrite: bool, own: str | None = None, content
     )
 
 
+def place_of(path: Path) -> object:
+    """What is equal for all names of one file, hard links too; of a file that is not there yet, its full name."""
+    try:
+        status = path.stat()
+    except OSError:
+        return path.resolve()
+    return status.st_dev, status.st_ino
+
+
 def refuse_clashes(sources: Iterable[Path | None], overwrite: bool, **targets: tuple[Path | None, str | None]) -> None:
     """Refuse, before any work, outputs that cannot be written or would cost a file that is there.
 
     Each target is an option with its file and that file's mark, as for `refuse_existing`.
     """
-    read = {path.resolve() for path in sources if path is not None}
-    named: dict[Path, str] = {}
+    read = {place_of(path) for path in sources if path is not None}
+    named: dict[object, str] = {}
     there = {option: (path, own) for option, (path, own) in targets.items() if path is not None}
     for option, (path, _) in there.items():
-        if path.resolve() in read:
+        if place_of(path) in read:
             raise OutputError(
                 f"'{path}' is the log itself, or a model that is read; writing there would lose it. Name another file."
             )
         refuse_unwritable(path)
-        if path.resolve() in named:
-            raise OutputError(f"--{named[path.resolve()]} and --{option} both name '{path}'. Name a file for each.")
-        named[path.resolve()] = option
+        if place_of(path) in named:
+            raise OutputError(f"--{named[place_of(path)]} and --{option} both name '{path}'. Name a file for each.")
+        named[place_of(path)] = option
     for path, own in there.values():
         if own in PICTURES:
             from dehyst.report.svg import require_picture_name

@@ -9,7 +9,9 @@ cannot be read are left out, too, where masses do not come from them.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,6 +27,12 @@ if TYPE_CHECKING:
     from mujoco import MjModel
 
 MOST_JOINTS = 12  # of a robot
+# Of a body file: what dehyst does with it takes 5 s with 150 joints and grows with their square; a humanoid with hands
+# has 60 to 100 joints.
+MOST_IN_FILE = 120
+MOST_BODIES = 1000
+MOST_COPIES = 10_000  # that <replicate>, <composite> and <flexcomp> may ask for; MuJoCo makes them while it reads
+COPIES = re.compile(r"""\bcount\s*=\s*["']([\d\s.eE+]+)["']""")
 MESHES = (".stl", ".obj", ".msh")  # that MuJoCo reads
 POINT_INERTIA = 1e-9  # of a point mass: MuJoCo wants more than nothing [kg m^2]
 
@@ -133,7 +141,15 @@ def _unreadable(file: str, fault: Exception) -> ParameterError:
 
 def _parsed(lib: Any, place: Path, file: str) -> Any:
     """A body file with names for all its bodies, without the meshes that cannot be read and are not needed."""
+    _refuse_copies(place, file)
     spec = lib.MjSpec.from_file(str(place))
+    for many, most, what in ((len(spec.joints), MOST_IN_FILE, "joints"), (len(spec.bodies), MOST_BODIES, "bodies")):
+        if many > most:
+            raise ParameterError(
+                f"'{file}' has {many} {what}; dehyst reads body files of up to {most}, of which it drives up to "
+                f"{MOST_JOINTS} joints. Cut the arm out of it: keep its links and joints, and fix the others.",
+                **{what: many},
+            )
     for k, body in enumerate(spec.bodies):
         body.name = body.name or f"body {k} without a name"
     folder = place.parent / (spec.meshdir or "")
@@ -154,6 +170,25 @@ def _parsed(lib: Any, place: Path, file: str) -> Any:
     for mesh in [mesh for mesh in spec.meshes if mesh.name in lost]:
         spec.delete(mesh)
     return spec
+
+
+def _refuse_copies(place: Path, file: str) -> None:
+    """Refuse, before MuJoCo reads it, a file that asks for very many copies of its parts."""
+    try:
+        text = place.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return  # MuJoCo says why
+    copies = 1.0
+    for match in COPIES.finditer(text):
+        for word in match[1].split():
+            with suppress(ValueError):  # MuJoCo says what is no number
+                copies *= max(1.0, float(word))
+    if copies > MOST_COPIES:
+        raise ParameterError(
+            f"'{file}' asks for {copies:.3g} copies of its parts (count of <replicate>, <composite> or <flexcomp>), "
+            f"more than the {MOST_COPIES} that are read. Take them out: dehyst needs the links of an arm only.",
+            copies=copies,
+        )
 
 
 def _moves(spec: Any, body: Any) -> bool:
