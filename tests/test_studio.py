@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import io
+import json
 import os
 import socket
 import subprocess
@@ -25,8 +26,9 @@ from dehyst.app.requests import StudioRequest
 from dehyst.app.studio import _server, run_studio
 from dehyst.app.studio._server import Studio, application
 from dehyst.app.studio.commands import COMMANDS, READ, WRITTEN, words_of
-from dehyst.app.studio.guard import Guard, owner_of
+from dehyst.app.studio.guard import ENTER, Guard, is_listed, owner_of
 from dehyst.errors import LogError, OutputError, ParameterError
+from dehyst.shell import typed
 
 PORT, TOKEN = 8123, "secret"
 HERE = f"http://127.0.0.1:{PORT}"
@@ -63,7 +65,13 @@ def browser(studio, monkeypatch):
         yield client
 
 
-ROUTES = [("GET", "/api/state"), ("GET", "/api/alive"), ("POST", "/api/logs?name=a.csv"), ("GET", "/api/files/a")]
+ROUTES = [
+    ("POST", ENTER),
+    ("GET", "/api/state"),
+    ("GET", "/api/alive"),
+    ("POST", "/api/logs?name=a.csv"),
+    ("GET", "/api/files/a"),
+]
 ROUTES += [("POST", f"/api/run/{command}") for command in COMMANDS]
 
 
@@ -71,7 +79,7 @@ ROUTES += [("POST", f"/api/run/{command}") for command in COMMANDS]
 def test_without_the_token_nothing_of_the_user_is_answered(browser, studio, sent):
     for method, path in ROUTES:
         answer = browser.request(method, path, headers={} if sent is None else {"authorization": sent})
-        assert answer.status_code == 403 and "open the address" in answer.text, path
+        assert answer.status_code == 403 and "pen the " in answer.text, path
     assert studio.workers.words == [] and list(studio.folder.iterdir()) == []
     assert browser.get("/api/state", headers=MINE).status_code == 200
 
@@ -108,23 +116,99 @@ def test_no_answer_lets_another_origin_read_it_and_a_preflight_is_refused(browse
         assert not any(name.startswith("access-control") for name in answer.headers)
 
 
+DIALS = {
+    "by IPv4": "s = socket.socket(); s.connect(('127.0.0.1', {port}))",
+    "by IPv6": "s = socket.socket(socket.AF_INET6); s.connect(('::ffff:127.0.0.1', {port}))",
+    "from another address": "s = socket.socket(); s.bind(('127.0.0.2', 0)); s.connect(('127.0.0.1', {port}))",
+    "closed": "s = socket.socket(); s.connect(('127.0.0.1', {port})); s.close()",
+    "half closed": "s = socket.socket(); s.connect(('127.0.0.1', {port})); s.shutdown(1)",
+    "reset": "s = socket.socket(); s.connect(('127.0.0.1', {port})); "
+    "s.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, bytes([1, 0, 0, 0, 0, 0, 0, 0])); s.close()",
+}
+
+
 @pytest.mark.skipif(
     not Path("/proc/net/tcp").exists() or not hasattr(os, "getuid") or os.getuid() != 0,
     reason="needs Linux, and root to become another user",
 )
-def test_another_user_of_the_machine_is_refused_even_with_the_token():
+@pytest.mark.parametrize("way", DIALS)
+def test_another_user_of_the_machine_is_refused_even_with_the_token(way):
+    """However the connection is made: by IPv6, from another loopback address, closed or reset before it is asked."""
     with socket.create_server(("127.0.0.1", 0)) as server:
+        server.settimeout(20.0)
         port = server.getsockname()[1]
-        dial = f"import socket; s = socket.create_connection(('127.0.0.1', {port})); s.recv(1)"
-        with subprocess.Popen(["python3", "-c", dial], user=65534, cwd="/") as other:
+        guard = Guard(None, port=port, token=TOKEN, key="once")
+        dial = f"import socket, sys; {DIALS[way].format(port=port)}; print(flush=True); sys.stdin.read()"
+        words = ["python3", "-S", "-c", dial]  # that of the system, which every user may run
+        with subprocess.Popen(words, user=65534, cwd="/", stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
             connection, client = server.accept()
-            guard = Guard(None, port=port, token=TOKEN)
+            other.stdout.readline()
             headers = [(b"host", f"127.0.0.1:{port}".encode()), (b"authorization", b"Bearer secret")]
             scope = {"type": "http", "path": "/api/state", "headers": headers, "client": client}
-            assert owner_of(client[1], port) == 65534
-            assert guard.refusal(scope) == "The studio belongs to another user of this machine."
+            why = guard.refusal(scope)
+            enters = guard.refusal(scope | {"path": ENTER, "headers": [headers[0], (b"authorization", b"Bearer once")]})
             connection.close()
+            other.stdin.close()
         assert other.returncode == 0
+        assert why == enters == "The studio belongs to another user of this machine."
+        assert guard.key  # it did not die by it
+        with socket.create_connection(("127.0.0.1", port)) as mine:
+            assert guard.refusal(scope | {"client": mine.getsockname()}) == ""
+
+
+CONNECTION = "  0: {} {} {} 00000000:00000000 00:00000000 00000000 {} 0 1 1 0000000000000000 20 4 0 10 -1"
+
+
+def _tables(folder, name, *lines):
+    (folder / name).write_text("\n".join(["  sl  local_address ...", *(CONNECTION.format(*line) for line in lines)]))
+    return folder
+
+
+def _end_of(address, port):
+    words = [address[k : k + 4] for k in range(0, len(address), 4)]
+    return "".join(f"{int.from_bytes(word, sys.byteorder):08X}" for word in words) + f":{port:04X}"
+
+
+def test_the_owner_of_a_connection_is_that_of_its_own_line(tmp_path):
+    here, there = bytes([127, 0, 0, 1]), bytes([127, 0, 0, 2])
+    mapped = bytes(10) + b"\xff\xff" + here
+    server, client = ("127.0.0.1", 8000), ("127.0.0.1", 5000)
+    assert owner_of(client, server, tmp_path) is None and not is_listed(server, tmp_path)
+    ends = _end_of(here, 5000), _end_of(here, 8000)
+    lines = [(ends[1], _end_of(bytes(4), 0), "0A", 7), (_end_of(there, 5000), ends[1], "01", 8)]
+    _tables(tmp_path, "tcp", *lines, (*ends, "05", 0))
+    assert is_listed(server, tmp_path) and not is_listed(client, tmp_path)
+    assert owner_of(client, server, tmp_path) is None  # closed; what is established is another address
+    _tables(tmp_path, "tcp6", (_end_of(mapped, 5000), _end_of(mapped, 8000), "01", 9))
+    assert owner_of(client, server, tmp_path) == 9
+    _tables(tmp_path, "tcp", *lines, (*ends, "01", 10))
+    assert owner_of(client, server, tmp_path) == 10 and owner_of(("127.0.0.2", 5000), server, tmp_path) == 8
+
+
+def test_the_key_gives_the_token_once(studio, monkeypatch):
+    studio.token = TOKEN
+    with TestClient(Guard(application(studio), port=PORT, token=TOKEN, key="once"), base_url=HERE) as client:
+        for wrong in ("Bearer wrong", "Bearer ", "Bearer secret", ""):
+            assert client.post(ENTER, headers={"authorization": wrong}).status_code == 403
+        assert client.get("/api/state", headers={"authorization": "Bearer once"}).status_code == 403
+        foreign = {"authorization": "Bearer once", "origin": "https://evil.example"}
+        assert client.post(ENTER, headers=foreign).status_code == 403
+        assert client.post(ENTER, headers={"authorization": "Bearer once"}).json() == {"token": TOKEN}
+        again = client.post(ENTER, headers={"authorization": "Bearer once"})
+        assert again.status_code == 403 and "somebody else was quicker" in again.text
+    with TestClient(Guard(application(studio), port=PORT, token=TOKEN), base_url=HERE) as client:
+        assert client.post(ENTER, headers={"authorization": "Bearer "}).status_code == 403  # no key, no entry
+
+
+def test_the_command_line_of_the_browser_holds_no_token(monkeypatch, capsys):
+    opened = []
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr("webbrowser.open", lambda address: opened.append(address) or True)
+    monkeypatch.setattr(_server, "serve", lambda *args, **others: opened.append((args, others)))
+    run_studio(StudioRequest())
+    address, ((_, token, _), others) = opened
+    assert token not in address and address.endswith(f"#once={others['key']}") and len(others["key"]) > 40
+    assert f"#studio={token}" in capsys.readouterr().out
 
 
 def test_the_page_may_call_the_studio_and_nobody_else(browser):
@@ -183,6 +267,92 @@ def test_a_dropped_log_is_kept_under_its_own_name_within_the_limit(browser, stud
         answer = browser.post("/api/logs?name=big.csv", content=large, headers=MINE)
         assert answer.status_code == 413 and "dehyst studio big.csv" in answer.json()["error"]
     assert sorted(studio.folder.iterdir()) == there
+
+
+LONG = ("\u6f22" * 99 + ".csv", "\U0001f600" * 70 + ".csv", "e\u0301" * 80 + ".tar.gz", "a" * 300 + ".csv", "x" * 250)
+
+
+@pytest.mark.parametrize(
+    "name", [*LONG, ".csv", "a:b?.csv", "-rf.csv", "--help", "\u202egnp.csv", "a=b.csv", "<img src=x>.csv"]
+)
+def test_a_log_of_any_name_is_kept_and_shown_under_it(browser, studio, name):
+    """File systems count bytes: 255 as a rule, 143 where names are encrypted."""
+    answer = browser.post("/api/logs", params={"name": name}, content=b"a,b\n", headers=MINE).json()
+    path = studio.place(answer["id"])
+    assert path.read_bytes() == b"a,b\n" and len(path.name.encode()) <= 120
+    shown = name.replace("\u202e", "").strip(". ")
+    assert answer["name"] == shown[-255:] and path.suffix in (Path(shown).suffix, ".csv")
+    studio.workers.events = ({"status": 0, "said": "", "printed": "{}"},)
+    told = browser.post("/api/run/inspect", json={"log": answer["id"]}, headers=MINE)
+    line = json.loads(told.text.splitlines()[0])["command"]
+    word = f"./{shown[-255:]}" if name.startswith("-") else shown[-255:]
+    assert line == typed(["dehyst", "inspect", word])
+    assert browser.get(f"/api/files/{answer['id']}", headers=MINE).content == b"a,b\n"
+
+
+def test_an_upload_that_breaks_off_leaves_nothing(studio):
+    """Neither a file nor a traceback; and the body of a command that breaks off is no command."""
+
+    async def half(path):
+        sent = []
+        parts = iter([{"type": "http.request", "body": b"1,2\n" * 100, "more_body": True}, {"type": "http.disconnect"}])
+
+        async def receive():
+            return next(parts)
+
+        async def send(message):
+            sent.append(message)
+
+        query = b"name=a.csv"
+        headers = [(b"host", f"127.0.0.1:{PORT}".encode()), (b"authorization", MINE["authorization"].encode())]
+        scope = {"type": "http", "method": "POST", "path": path, "raw_path": path.encode(), "query_string": query}
+        guard = Guard(application(studio), port=PORT, token=TOKEN)
+        await guard(scope | {"headers": headers, "client": None, "server": None, "scheme": "http"}, receive, send)
+        return sent[0]["status"]
+
+    for path in ("/api/logs", "/api/run/identify"):
+        assert asyncio.run(half(path)) == 400
+    assert list(studio.folder.iterdir()) == [] and studio.logs == [] and studio.workers.words == []
+
+
+def test_of_a_large_body_no_more_is_read_than_is_allowed(studio):
+    read = []
+
+    async def endless():
+        part = b" " * 65536
+        headers = [(b"host", f"127.0.0.1:{PORT}".encode()), (b"authorization", MINE["authorization"].encode())]
+
+        async def receive():
+            read.append(len(part))
+            return {"type": "http.request", "body": part, "more_body": True}
+
+        async def send(message):
+            sent.append(message)
+
+        sent = []
+        scope = {"type": "http", "method": "POST", "path": "/api/run/identify", "query_string": b"", "headers": headers}
+        guard = Guard(application(studio), port=PORT, token=TOKEN)
+        await guard(scope | {"client": None, "server": None, "scheme": "http"}, receive, send)
+        return sent[0]["status"]
+
+    assert asyncio.run(endless()) == 400
+    assert sum(read) <= _server.BODY + 2 * 65536
+
+
+def test_a_folder_and_a_file_that_is_gone_are_refused(browser, studio):
+    folder, gone = studio.keep(studio.folder), studio.keep(studio.folder / "gone.html")
+    for name in (folder, gone):
+        answer = browser.get(f"/api/files/{name}", headers=MINE)
+        assert answer.status_code == 400 and "no file" in answer.json()["error"]
+    assert browser.get(f"/report/{gone}").status_code == 403
+
+
+def test_a_log_whose_name_is_no_text_is_shown(browser, studio):
+    path = Path(os.fsdecode(bytes(str(studio.folder), "utf-8") + b"/caf\xe9.csv"))
+    path.write_bytes(b"a,b\n")
+    name = studio.keep(path, log=True)
+    assert browser.get("/api/state", headers=MINE).json()["logs"][0]["name"] == "caf\\udce9.csv"
+    assert browser.get(f"/api/files/{name}", headers=MINE).content == b"a,b\n"
 
 
 def test_an_error_comes_in_its_own_words_and_leaves_no_folder(browser, studio):

@@ -40,21 +40,23 @@ export function served(): boolean {
   return document.querySelector('meta[name="dehyst-studio"]') !== null;
 }
 
-function token(): string {
-  const given = /^#studio=([\w-]+)$/.exec(location.hash)?.[1];
-  if (given !== undefined) {
-    sessionStorage.setItem(KEPT, given); // a reload shall find it; other tabs and other servers do not
-    history.replaceState(null, "", "#studio");
-  }
-  return given ?? sessionStorage.getItem(KEPT) ?? "";
+/** The token of the address, or what the key in it is worth: the browser that dehyst opens gets a key that serves once. */
+async function token(): Promise<string> {
+  const [, kind, secret] = /^#(studio|once)=([\w-]+)$/.exec(location.hash) ?? [];
+  if (secret === undefined) return sessionStorage.getItem(KEPT) ?? "";
+  history.replaceState(null, "", "#studio");
+  const mine = kind === "studio" ? secret : ((await (await ask("enter", { method: "POST" }, secret)).json()) as { token: string }).token;
+  sessionStorage.setItem(KEPT, mine); // a reload shall find it; other tabs and other servers do not
+  return mine;
 }
 
-const TOKEN = served() ? token() : "";
+let mine: Promise<string> | null = null;
 
-async function ask(path: string, options: RequestInit = {}): Promise<Response> {
+async function ask(path: string, options: RequestInit = {}, secret?: string): Promise<Response> {
+  const bearer = secret ?? (await (mine ??= token()));
   let answer: Response;
   try {
-    answer = await fetch(`/api/${path}`, { ...options, headers: { authorization: `Bearer ${TOKEN}` } });
+    answer = await fetch(`/api/${path}`, { ...options, headers: { authorization: `Bearer ${bearer}` } });
   } catch (fault) {
     if (options.signal?.aborted) throw fault;
     throw new Refusal("The studio does not answer: it has ended. Start it again with dehyst studio, and use the address that it prints.");

@@ -13,10 +13,9 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from dehyst.app.requests import StudioRequest
+from dehyst.app.studio.guard import HOST
 from dehyst.app.terminal import tell
 from dehyst.errors import LogError, MissingExtraError, OutputError
-
-HOST = "127.0.0.1"
 
 
 def run_studio(request: StudioRequest) -> None:
@@ -30,15 +29,17 @@ def run_studio(request: StudioRequest) -> None:
         raise LogError(f"there is no log '{request.log}'. Name a file, or leave it out and drop one on the page.")
     from dehyst.app.studio._server import serve
 
-    token, listener = secrets.token_urlsafe(32), _bound(request.port)
+    token, key, listener = secrets.token_urlsafe(32), secrets.token_urlsafe(32), _bound(request.port)
     folder = Path(tempfile.mkdtemp(prefix="dehyst-studio-"))
-    address = f"http://{HOST}:{listener.getsockname()[1]}/#studio={token}"
+    address = f"http://{HOST}:{listener.getsockname()[1]}/"
     try:
-        sys.stdout.write(f"dehyst studio: {address}\nOnly you, on this machine, can use it. Ctrl-C ends it.\n")
+        sys.stdout.write(f"dehyst studio: {address}#studio={token}\n")
+        sys.stdout.write("Only you, on this machine, can use it. Ctrl-C ends it.\n")
         sys.stdout.flush()
         if request.browser:
-            _open(address)
-        serve(listener, token, folder, log=request.log, idle=60.0 * request.idle)
+            # Every user of a machine sees the words of a command line: those of the browser hold what opens one page.
+            _open(f"{address}#once={key}")
+        serve(listener, token, folder, key=key, log=request.log, idle=60.0 * request.idle)
     except KeyboardInterrupt:
         pass
     finally:

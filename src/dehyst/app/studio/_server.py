@@ -6,7 +6,9 @@ Private, because it is the one module that cannot be imported without the extra 
 from __future__ import annotations
 
 import asyncio
+import errno
 import json
+import re
 import secrets
 import shutil
 import signal
@@ -21,22 +23,23 @@ from typing import Any
 import uvicorn
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
 from dehyst.app.ending import Status
 from dehyst.app.studio.commands import SIGNALS, words_of
-from dehyst.app.studio.guard import Guard
+from dehyst.app.studio.guard import ENTER, Guard
 from dehyst.app.studio.work import Workers
-from dehyst.errors import DehystError, ParameterError
+from dehyst.errors import DehystError, OutputError, ParameterError
 from dehyst.shell import command as line_of
-from dehyst.shell import typed, visible
+from dehyst.shell import typed, visible, visible_lines
 from dehyst.version import __version__
 
 PAGE = Path(__file__).parents[2] / "page" / "dehyst.html"
 LIMIT = 1 << 30  # bytes of a log that is dropped on the page; a larger one is named on the command line, and not copied
-LONGEST = 120  # characters of a file name
+SHOWN = 255  # characters of a file name that are shown
+LONGEST = 120  # bytes of a file name; the smallest limit of a file system that is in use is 143, of an encrypted one
 BODY = 1 << 20  # bytes of a request that names what to do
 TICK = 0.25  # s from one look at what has changed to the next
 BEAT = 15.0  # seconds from one sign of life to the next
@@ -50,8 +53,10 @@ class Studio:
 
     folder: Path
     idle: float = 0.0  # s
+    token: str = ""
     limit: int = LIMIT
     files: dict[str, Path] = field(default_factory=dict)
+    names: dict[Path, str] = field(default_factory=dict)  # as it was dropped, of a log whose file has another name
     logs: list[str] = field(default_factory=list)
     refused: set[str] = field(default_factory=set)  # logs that cannot be read
     workers: Workers = field(default_factory=Workers)
@@ -70,9 +75,15 @@ class Studio:
 
     def place(self, name: object) -> Path:
         """Path of an id."""
-        if not isinstance(name, str) or name not in self.files:
-            raise ParameterError(f"the studio has no file '{name!s:.40}' any more. Open the log again.")
+        if not isinstance(name, str):
+            raise ParameterError("the studio knows a file by its id, which is a text. Open the log again.")
+        if name not in self.files:
+            raise ParameterError(f"the studio has no file '{name:.40}' any more. Open the log again.")
         return self.files[name]
+
+    def called(self, path: Path) -> str:
+        """Name of a file for people."""
+        return visible(self.names.get(path, path.name))
 
     def room(self) -> Path:
         """Make a new folder for what a command writes."""
@@ -84,7 +95,7 @@ class Studio:
         """Id, name and size of a log, and whether it was found that it cannot be read."""
         path = self.files[name]
         size = path.stat().st_size if path.exists() else 0
-        return {"id": name, "name": path.name, "bytes": size, "refused": name in self.refused}
+        return {"id": name, "name": self.called(path), "bytes": size, "refused": name in self.refused}
 
     async def watch(self) -> None:
         """End when no page was open and nothing ran for so long; stop what runs when the studio ends."""
@@ -98,12 +109,15 @@ class Studio:
         await self.workers.end()
 
 
-def serve(listener: socket.socket, token: str, folder: Path, *, log: Path | None, idle: float) -> None:
-    """Serve until Ctrl-C, SIGTERM, SIGHUP, or until no page was open for `idle` seconds (0: never)."""
-    studio = Studio(folder, idle)
+def serve(listener: socket.socket, token: str, folder: Path, *, key: str, log: Path | None, idle: float) -> None:
+    """Serve until Ctrl-C, SIGTERM, SIGHUP, or until no page was open for `idle` seconds (0: never).
+
+    `key` gives the token once.
+    """
+    studio = Studio(folder, idle, token)
     if log is not None:
         studio.keep(log, log=True)
-    guard = Guard(application(studio), port=listener.getsockname()[1], token=token)
+    guard = Guard(application(studio), port=listener.getsockname()[1], token=token, key=key)
     server: Any = uvicorn.Server(
         uvicorn.Config(
             guard,
@@ -131,6 +145,7 @@ def application(studio: Studio) -> Starlette:
     routes: Mapping[tuple[str, str], Callable[[Studio, Request], Any]] = {
         ("GET", "/"): page,
         ("GET", "/report/{id}"): report,
+        ("POST", ENTER): enter,
         ("GET", "/api/state"): state,
         ("GET", "/api/alive"): alive,
         ("POST", "/api/logs"): take,
@@ -163,7 +178,7 @@ def application(studio: Studio) -> Starlette:
 
 
 async def _refused(_: Request, fault: Exception) -> Response:
-    return JSONResponse({"error": str(fault), "kind": type(fault).__name__}, status_code=400)
+    return JSONResponse({"error": visible_lines(fault), "kind": type(fault).__name__}, status_code=400)
 
 
 async def page(studio: Studio, request: Request) -> Response:
@@ -176,9 +191,14 @@ async def page(studio: Studio, request: Request) -> Response:
 async def report(studio: Studio, request: Request) -> Response:
     """A report page, by its id alone: a tab that is opened sends no token."""
     path = studio.files.get(request.path_params["id"])
-    if path is None or path.suffix != ".html":
+    if path is None or path.suffix != ".html" or not path.is_file():
         return Response("There is no such report, or the studio that made it has ended.", status_code=403)
     return FileResponse(path, media_type="text/html", headers=REPORT)
+
+
+async def enter(studio: Studio, request: Request) -> Response:
+    """The token, for the page that was opened with the key: the guard lets one in."""
+    return JSONResponse({"token": studio.token})
 
 
 async def state(studio: Studio, request: Request) -> Response:
@@ -224,25 +244,37 @@ async def alive(studio: Studio, request: Request) -> Response:
 
 
 async def take(studio: Studio, request: Request) -> Response:
-    """Keep a log that was dropped on the page."""
-    name = _file_name(request.query_params.get("name", ""))
-    if int(request.headers.get("content-length") or 0) > studio.limit:
-        return _too_large(studio, name)
+    """Keep a log that was dropped on the page, or nothing of it."""
+    shown = _file_name(request.query_params.get("name", ""))
+    announced = request.headers.get("content-length", "")
+    if announced.isdecimal() and float(announced) > studio.limit:
+        return _too_large(studio, shown)
     room, size = studio.room(), 0
-    path = room / name
+    path = room / _stored(shown)
+    is_whole = False
     try:
         with path.open("wb") as stream:
             async for part in request.stream():
                 size += len(part)
                 if size > studio.limit:
-                    shutil.rmtree(room, ignore_errors=True)
-                    return _too_large(studio, name)
+                    return _too_large(studio, shown)
                 stream.write(part)
+        is_whole = True
+    except ClientDisconnect:
+        return Response(status_code=400)  # nobody reads it
     except OSError as fault:
-        shutil.rmtree(room, ignore_errors=True)
-        words = f"'{name}' could not be kept: {fault.strerror}. Free some space, or type: {line_of('studio', name)}"
-        return JSONResponse({"error": words, "kind": "OutputError"}, status_code=507)
+        is_full = fault.errno in NO_SPACE
+        cure = "Free some space" if is_full else "Rename it"
+        words = f"'{shown}' could not be kept: {fault.strerror}. {cure}, or type: {line_of('studio', shown)}"
+        return JSONResponse({"error": words, "kind": "OutputError"}, status_code=507 if is_full else 400)
+    finally:
+        if not is_whole:
+            shutil.rmtree(room, ignore_errors=True)
+    studio.names[path] = shown
     return JSONResponse(studio.about(studio.keep(path, log=True)))
+
+
+NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def _too_large(studio: Studio, name: str) -> Response:
@@ -254,7 +286,7 @@ def _too_large(studio: Studio, name: str) -> Response:
 
 
 def _file_name(text: str) -> str:
-    """The last part of a path, printable and short; it appears in messages and reports.
+    """The last part of a path, printable; it appears in messages and reports.
 
     Examples
     --------
@@ -262,13 +294,44 @@ def _file_name(text: str) -> str:
     ('elbow 3.csv', 'log.csv', 'ab.csv')
     """
     last = "".join(letter for letter in text.replace("\\", "/").split("/")[-1] if letter.isprintable())
-    return last[-LONGEST:].strip(". ") or "log.csv"
+    return last[-SHOWN:].strip(". ") or "log.csv"
+
+
+def _stored(name: str) -> str:
+    """Name of the file that holds a log: as short as file systems want it, its ending as it is.
+
+    Examples
+    --------
+    >>> _stored("elbow: 3.csv"), len(_stored("\\U0001f600" * 70 + ".csv").encode())
+    ('elbow_ 3.csv', 120)
+    """
+    plain = re.sub(r'[<>:"|?*]', "_", name)  # what Windows allows in no name
+    short = plain.encode()[-LONGEST:].decode(errors="ignore")
+    return short.strip(". ") or "log.csv"
 
 
 async def give(studio: Studio, request: Request) -> Response:
     """A file that was kept or written."""
     path = studio.place(request.path_params["id"])
-    return FileResponse(path, filename=path.name)
+    if not path.is_file():
+        raise OutputError(f"there is no file '{studio.called(path)}' any more, or it is a folder.", path=str(path))
+    return FileResponse(path, filename=studio.called(path))
+
+
+async def _told(request: Request) -> dict[str, Any]:
+    """The JSON object of a request; no more of it is read than is allowed."""
+    body = b""
+    async for part in request.stream():
+        body += part
+        if len(body) > BODY:
+            break
+    try:
+        asked = json.loads(body) if len(body) <= BODY else None
+    except (ValueError, RecursionError):
+        asked = None
+    if not isinstance(asked, dict):
+        raise ParameterError(f"the body of a command is a JSON object, option -> value, of at most {BODY >> 20} MB.")
+    return asked
 
 
 async def run(studio: Studio, request: Request) -> Response:
@@ -276,16 +339,13 @@ async def run(studio: Studio, request: Request) -> Response:
 
     Whoever closes the connection stops the command.
     """
-    body = await request.body()
     try:
-        given = json.loads(body) if len(body) <= BODY else None
-    except ValueError:
-        given = None
-    if not isinstance(given, dict):
-        raise ParameterError("the body of a command is a JSON object: option -> value.")
+        asked = await _told(request)
+    except ClientDisconnect:
+        return Response(status_code=400)  # nobody reads it
     command, room = request.path_params["command"], studio.room()
     try:
-        words, written = words_of(command, given, studio.place, room)
+        words, written = words_of(command, asked, studio.place, room)
     except DehystError:
         room.rmdir()
         raise
@@ -294,7 +354,7 @@ async def run(studio: Studio, request: Request) -> Response:
         done = False
         try:
             if command != SIGNALS:
-                yield _line({"command": _shown(words, studio.folder)})
+                yield _line({"command": _shown(words, studio)})
             async for event in studio.workers.run(words):
                 if "status" in event and studio.leaving():
                     break  # it was killed because the studio ends, which the page says by itself
@@ -302,9 +362,9 @@ async def run(studio: Studio, request: Request) -> Response:
                     event = await run_in_threadpool(_ended, studio, event, written)
                     done = "result" in event
                     if command == "inspect":
-                        (studio.refused.discard if done else studio.refused.add)(str(given.get("log")))
+                        (studio.refused.discard if done else studio.refused.add)(str(asked.get("log")))
                     elif command == "verify" and done:  # which writes its record into the folder
-                        await run_in_threadpool(_packed, studio.place(given["folder"]))
+                        await run_in_threadpool(_packed, Path(words[-1]))
                 yield _line(event)
         finally:
             if not done:
@@ -319,15 +379,18 @@ def _line(event: dict[str, Any]) -> str:
     return json.dumps(event, allow_nan=False) + "\n"
 
 
-def _shown(words: list[str], folder: Path) -> str:
+def _shown(words: list[str], studio: Studio) -> str:
     """The same in a terminal: what lies in the temporary folder has its bare name."""
 
-    def bare(word: str) -> str:
-        flag, equals, path = word.partition("=") if word.startswith("--") else ("", "", word)
-        return f"{flag}{equals}{Path(path).name}" if folder in Path(path).parents else word
+    def bare(path: str) -> str:
+        return studio.called(Path(path)) if studio.folder in Path(path).parents else path
 
     cut = words.index("--")
-    options = [bare(word) for word in words[1:cut] if word != "--json"]
+    options = []
+    for word in words[1:cut]:
+        flag, sign, value = word.partition("=")
+        if word != "--json":
+            options.append(f"{flag}{sign}{bare(value)}")
     return f"{line_of(words[0], *map(bare, words[cut + 1 :]))} {typed(options)}".rstrip()
 
 

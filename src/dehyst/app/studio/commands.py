@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import Field, dataclass, fields
 from pathlib import Path
-from typing import Any, get_args, get_type_hints
+from typing import Any, get_args, get_origin, get_type_hints
 
 from dehyst.app import requests
 from dehyst.errors import ParameterError
@@ -70,7 +70,7 @@ def words_of(
     options: list[str] = []
     arguments: list[str] = []
     written: dict[str, Path] = {}
-    left = {name: value for name, value in given.items() if value not in (None, "", [])}
+    left = {name: value for name, value in given.items() if value is not None and value != "" and value != []}
     for entry in fields(request):
         name, hint = entry.name, hints[entry.name]
         if name == "json":
@@ -81,16 +81,15 @@ def words_of(
         elif name not in left:
             continue
         elif name in READ:
-            ids = left.pop(name)
-            paths = [str(place(each)) for each in (ids if isinstance(ids, list) else [ids])]
+            paths = [str(place(file)) for file in _ids(entry, hint, left.pop(name))]
             if "argument" in entry.metadata:
                 arguments += paths
             else:
                 options += [f"{_flag(entry)}={path}" for path in paths]
-        elif hint not in (Path, Path | None):  # the page names no file of this machine
+        elif Path not in (hint, *get_args(hint)):  # the page names no file of this machine
             options += _typed(entry, hint, left.pop(name))
     if left:
-        raise ParameterError(f"`dehyst {command}` has no option '{next(iter(left))}' that the studio can set.")
+        raise ParameterError(f"`dehyst {command}` has no option '{next(iter(left)):.40}' that the studio can set.")
     return [command, *options, "--", *arguments], written
 
 
@@ -99,17 +98,67 @@ def _flag(entry: Field[Any]) -> str:
     return str(flag or f"--{entry.name.replace('_', '-')}")
 
 
+def _ids(entry: Field[Any], hint: Any, value: Any) -> list[Any]:
+    """Ids of the files of a field: of one that takes one file a single one."""
+    several = _item(hint) is not None
+    ids = value if isinstance(value, list) else [value]
+    if len(ids) > (MOST if several else 1):
+        raise ParameterError(f"'{entry.name}' takes {f'at most {MOST} files' if several else 'one file'}.")
+    return ids
+
+
 def _typed(entry: Field[Any], hint: Any, value: Any) -> list[str]:
-    """One option as it would be typed; what its value means is the command line's to judge."""
+    """One option as it would be typed, so that no value can be taken for another option.
+
+    Its type and its length are those of the request; what it means is the command line's to judge.
+    """
     flag, _, negative = _flag(entry).partition("/")
-    if bool in (hint, *get_args(hint)):
-        return [flag] if value is True else [negative] if negative else []
-    if tuple in (getattr(each, "__origin__", None) for each in (hint, *get_args(hint))):
-        if not isinstance(value, list):
-            raise ParameterError(f"{flag} takes a list.")
-        if ... in get_args(hint):
-            return [f"{flag}={each}" for each in value]
-        return [flag, *map(str, value)]
-    if isinstance(value, dict | list):
-        raise ParameterError(f"{flag} takes one value.")
-    return [f"{flag}={value}"]
+    item, kinds = _item(hint), get_args(hint) or (hint,)
+    if item is not None:
+        if not isinstance(value, list) or len(value) > MOST:
+            raise ParameterError(f"{flag} takes a list of at most {MOST} values.")
+        return [f"{flag}={_word(flag, item, one)}" for one in value]
+    pair = next((get_args(kind) for kind in (hint, *kinds) if get_origin(kind) is tuple), None)
+    if pair is not None:
+        if not isinstance(value, list) or len(value) != len(pair):
+            raise ParameterError(f"{flag} takes {len(pair)} values.")
+        return [flag, *(_word(flag, kind, one) for kind, one in zip(pair, value, strict=True))]
+    if bool in kinds:
+        if not isinstance(value, bool):
+            raise ParameterError(f"{flag} takes true or false.")
+        return [flag] if value else [negative] if negative else []
+    return [f"{flag}={_word(flag, kinds[0], value)}"]
+
+
+def _item(hint: Any) -> type[Any] | None:
+    """Kind of the values of a list of any length; None of anything else."""
+    kinds = get_args(hint)
+    return kinds[0] if get_origin(hint) is tuple and kinds[1:] == (...,) else None
+
+
+def _word(flag: str, kind: type[Any], value: Any) -> str:
+    """A value of a kind as a word; for a number nothing but a number."""
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    text = str(value) if is_number or isinstance(value, str) else None
+    if text is None or len(text) > LONGEST or not READS[kind](text):
+        raise ParameterError(f"{flag} takes {WORDS[kind]}.")
+    return text
+
+
+def _reads(read: Callable[[str], Any]) -> Callable[[str], bool]:
+    """Whether a text can be read so."""
+
+    def can(text: str) -> bool:
+        try:
+            read(text)
+        except ValueError:
+            return False
+        return "\0" not in text
+
+    return can
+
+
+MOST = 1000  # values of one option; a log has fewer runs and parts than that
+LONGEST = 10_000  # characters of a value; a hundred thresholds have two thousand
+READS = {str: _reads(str.encode), int: _reads(int), float: _reads(float)}
+WORDS = {str: f"a text of at most {LONGEST} characters", int: "a whole number", float: "a number"}
