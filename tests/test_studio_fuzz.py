@@ -137,7 +137,7 @@ def test_right_values_pass(tmp_path):
 
 
 @pytest.fixture
-def outside(tmp_path, monkeypatch):
+def outside(tmp_path, monkeypatch, tmp_path_factory):
     """A folder with a secret, in which the studio runs, and its own folder within; fails if a file changes outside."""
     (tmp_path / "secret.csv").write_text(
         f"time_s,{SECRET}_bar,angle_deg\n" + "\n".join(f"{k},{k % 9},1" for k in range(99))
@@ -145,6 +145,7 @@ def outside(tmp_path, monkeypatch):
     (tmp_path / "own").mkdir()
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("MPLCONFIGDIR", str(tmp_path_factory.mktemp("fonts")))
 
     def seen():
         there = (path for path in tmp_path.rglob("*") if tmp_path / "own" not in (path, *path.parents))

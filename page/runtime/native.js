@@ -234,7 +234,7 @@ const blocks_of = (stretches, blocks, degree, ...scale) => call((put, room, out)
   const [s, p, q] = scale.map(size), all = [...$.it(stretches)], loads = all[0].loads.length;
   const m = degree + loads * (degree + 1) + 2 * (1 + loads) * (s + p) + Math.max(1, 2 * loads) * (q + 1) + 1;
   const counted = all.map(({ counts }) => np.count_nonzero(counts)), ends = np.round(np.linspace(0, counted.reduce((a, b) => a + b, 0), blocks + 1)).tolist();
-  const sizes = room(3), known = put(np.concatenate(scale)), r = room(m * m), rows = room((Math.max(...ends.slice(1).map((end, k) => end - ends[k])) + 1) * m);
+  const sizes = room(3), known = put(np.concatenate(scale)), r = room(m * m), rows = room((ends.slice(1).reduce((most, end, k) => Math.max(most, end - ends[k]), 0) + 1) * m);
   new Int32Array(heap(), sizes, 5).set([degree, s, p, q, loads]);
   let left = 0, state, given, samples, at = -1;
   return ends.slice(1).map((end, k) => {

@@ -65,7 +65,11 @@ function arranged(f, args, named) {
   if (rest) all[f.$p.length] = $.dict(Object.entries(rest));
   return all;
 }
-$.k = (f, args, named) => f(...arranged(f, args, named));
+/* A call with as many arguments as a log has rows: the stack holds no more than some ten thousands, so what takes
+ * any number of them also takes them as one list, `$all`. */
+const many = (f, all) => Object.assign(f, { $all: all });
+$.star = (f, args) => (f.$all ? f.$all(args, {}) : f(...args));
+$.k = (f, args, named) => (f.$all ? f.$all(args, named) : f(...arranged(f, args, named)));
 $.km = (o, name, args, named) => {
   const f = o[name];
   if (typeof f !== "function") return $.cm(o, name, args, named);
@@ -248,7 +252,8 @@ $.exit = (c, e) => (c?.__exit__ ? $.t(c.__exit__(null, e, null)) : false);
 // ---- values
 export class Slice { constructor(start, stop, step) { this.start = start; this.stop = stop; this.step = step; } }
 $.slice = (a, b, c) => new Slice(a, b, c);
-$.tup = (...values) => { Object.defineProperty(values, TUPLE, { value: true }); return values; };
+$.tuple = (values) => Object.defineProperty(values, TUPLE, { value: true }); // an array of its own
+$.tup = (...values) => $.tuple(values);
 export const isTuple = (v) => Array.isArray(v) && v[TUPLE] === true;
 $.bytes = (values) => Uint8Array.from(values);
 $.ellipsis = Symbol("...");
@@ -343,11 +348,11 @@ function binary(name, f, dunder, other) {
     return f(Number(a), Number(b));
   };
   $[name] = run;
-  $["i" + name] = (a, b) => (isArray(a) ? nd.ops.inplace(name, a, b) : Array.isArray(a) && name === "add" && !isTuple(a) ? (a.push(...$.it(b)), a) : run(a, b));
+  $["i" + name] = (a, b) => (isArray(a) ? nd.ops.inplace(name, a, b) : Array.isArray(a) && name === "add" && !isTuple(a) ? ((() => { for (const v of [...$.it(b)]) a.push(v); })(), a) : run(a, b));
 }
 const joined = (a, b) => {
   if (typeof a === "string") return a + b;
-  if (Array.isArray(a)) { const c = [...a, ...b]; return isTuple(a) ? $.tup(...c) : c; }
+  if (Array.isArray(a)) { const c = [...a, ...b]; return isTuple(a) ? $.tuple(c) : c; }
   if (a instanceof Uint8Array) { const c = new Uint8Array(a.length + b.length); c.set(a); c.set(b, a.length); return c; }
   return undefined;
 };
@@ -355,7 +360,7 @@ const repeated = (a, b) => {
   if (typeof a === "string") return a.repeat(Math.max(0, b));
   if (typeof b === "string") return b.repeat(Math.max(0, a));
   if (Array.isArray(b)) [a, b] = [b, a];
-  if (Array.isArray(a)) { const c = []; for (let k = 0; k < b; k++) c.push(...a); return isTuple(a) ? $.tup(...c) : c; }
+  if (Array.isArray(a)) { const c = []; for (let k = 0; k < b; k++) for (const v of a) c.push(v); return isTuple(a) ? $.tuple(c) : c; }
   return undefined;
 };
 const setop = (f) => (a, b) => (a instanceof PySet ? f(a, b instanceof PySet ? b : new PySet($.it(b))) : typeof a === "boolean" && typeof b === "boolean" ? undefined : undefined);
@@ -417,6 +422,7 @@ function comparison(name, f, subset) {
     return f(ordered(a, b));
   };
 }
+const united = (s, sets) => new PySet([...s, ...sets.flatMap((x) => [...$.it(x)])]);
 const within = (a, b) => [...a].every((v) => b.has(v));
 comparison("lt", (o) => o < 0, (a, b) => a.length < b.length && within(a, b));
 comparison("le", (o) => o <= 0, within);
@@ -455,7 +461,7 @@ $.gi = (o, i) => {
     }
     if (i instanceof Slice) {
       const [a, b, c] = bounds(i, o.length);
-      if (c === 1) return o instanceof Uint8Array ? o.subarray(a, Math.max(a, b)) : isTuple(o) ? $.tup(...o.slice(a, b)) : Array.isArray(o) ? Array.prototype.slice.call(o, a, b) : o.slice(a, Math.max(a, b));
+      if (c === 1) return o instanceof Uint8Array ? o.subarray(a, Math.max(a, b)) : isTuple(o) ? $.tuple(Array.prototype.slice.call(o, a, b)) : Array.isArray(o) ? Array.prototype.slice.call(o, a, b) : o.slice(a, Math.max(a, b));
       const taken = [];
       for (let k = a; c > 0 ? k < b : k > b; k += c) taken.push(o[k]);
       return typeof o === "string" ? taken.join("") : o instanceof Uint8Array ? Uint8Array.from(taken) : taken;
@@ -577,7 +583,7 @@ const D = {
 };
 const T = {
   add: (s, v) => { s.put(v); return null; }, discard: (s, v) => { s.map.delete(keyOf(v)); return null; }, remove: (s, v) => { s.map.delete(keyOf(v)); return null; },
-  union: (s, ...o) => new PySet([...s, ...o.flatMap((x) => [...$.it(x)])]), update: (s, ...o) => { for (const x of o) for (const v of $.it(x)) s.put(v); return null; },
+  union: many((s, ...o) => united(s, o), united), update: (s, ...o) => { for (const x of o) for (const v of $.it(x)) s.put(v); return null; },
   difference: (s, o) => { const u = new PySet($.it(o)); return new PySet([...s].filter((v) => !u.has(v))); },
   intersection: (s, o) => { const u = new PySet($.it(o)); return new PySet([...s].filter((v) => u.has(v))); },
   isdisjoint: (s, o) => ![...$.it(o)].some((v) => s.has(v)), issubset: (s, o) => within(s, new PySet($.it(o))), issuperset: (s, o) => [...$.it(o)].every((v) => s.has(v)),
@@ -613,6 +619,7 @@ function hex_of(v) {
 }
 $.cm = (o, name, args, named) => {
   const table = typeof o === "string" ? S : Array.isArray(o) && !Object.hasOwn(Object.getPrototypeOf(o), name) ? L : o instanceof Dict ? D : o instanceof PySet ? T : o instanceof Uint8Array ? B : typeof o === "number" ? N : null;
+  if (table?.[name]?.$all) return table[name].$all(o, args);
   if (table && table[name]) return table[name](o, ...args, ...(named ? [new Named(named)] : []));
   if (o === null || o === undefined) $.raise("AttributeError", `None has no ${name}`);
   if (typeof o[name] !== "function") $.raise("AttributeError", `${o.constructor?.name} has no ${name}`);
@@ -733,6 +740,12 @@ const number = (v) => {
   return Number(v);
 };
 const listed = (v) => (v === undefined ? [] : [...$.it(v)]);
+function zipped(lists, { strict }) {
+  const all = lists.map((v) => (Array.isArray(v) ? v : [...$.it(v)]));
+  const n = all.reduce((least, v) => Math.min(least, v.length), all.length ? Infinity : 0);
+  if (strict && all.some((v) => v.length !== n)) $.raise("ValueError", "zip() arguments differ in length");
+  return Array.from({ length: n }, (_, k) => $.tuple(all.map((v) => v[k])));
+}
 const best = (sign) => (...args) => {
   const { key, ...rest } = args[args.length - 1] instanceof Named ? args.pop().values : {};
   const all = args.length === 1 ? [...$.it(args[0])] : args;
@@ -765,7 +778,7 @@ Object.assign($.b, {
   bytes: kind("bytes", (v) => v instanceof Uint8Array, (v) => Uint8Array.from($.it(v))),
   bytearray: kind("bytearray", () => false),
   list: kind("list", (v) => Array.isArray(v) && !isTuple(v), listed),
-  tuple: kind("tuple", isTuple, (v) => $.tup(...listed(v))),
+  tuple: kind("tuple", isTuple, (v) => $.tuple(listed(v))),
   dict: kind("dict", (v) => v instanceof Dict, (...args) => {
     const named = args[args.length - 1] instanceof Named ? args.pop().values : {};
     const from = args[0];
@@ -786,13 +799,7 @@ Object.assign($.b, {
   enumerate: function* (v, start = 0) { if (start instanceof Named) start = start.values.start; let k = start; for (const each of $.it(v)) yield $.tup(k++, each); },
   filter: (f, v) => [...$.it(v)].filter((each) => $.t(f ? f(each) : each)),
   map: (f, ...lists) => { const named = lists.map((v) => [...$.it(v)]); return named[0].slice(0, Math.min(...named.map((v) => v.length))).map((_, k) => f(...named.map((v) => v[k]))); },
-  zip: (...lists) => {
-    const strict = lists[lists.length - 1] instanceof Named ? lists.pop().values.strict : false;
-    const all = lists.map((v) => (Array.isArray(v) ? v : [...$.it(v)]));
-    const n = all.length ? Math.min(...all.map((v) => v.length)) : 0;
-    if (strict && all.some((v) => v.length !== n)) $.raise("ValueError", "zip() arguments differ in length");
-    return Array.from({ length: n }, (_, k) => $.tup(...all.map((v) => v[k])));
-  },
+  zip: many((...lists) => zipped(lists, lists[lists.length - 1] instanceof Named ? lists.pop().values : {}), zipped),
   sorted: (v, named) => {
     const { key, reverse } = named?.values ?? {};
     const made = [...$.it(v)].map((each, k) => [key ? key(each) : each, k, each]);

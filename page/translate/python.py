@@ -510,6 +510,8 @@ class Writer:
         return f"({self.test(node.test)} ? {self.e(node.body)} : {self.e(node.orelse)})"
 
     def e_Tuple(self, node: ast.Tuple) -> str:
+        if any(isinstance(n, ast.Starred) for n in node.elts):
+            return f"$.tuple([{self.elements(node.elts)}])"  # maybe as long as a log: no arguments of a call
         return f"$.tup({self.elements(node.elts)})"
 
     def e_List(self, node: ast.List) -> str:
@@ -631,7 +633,10 @@ class Writer:
                 return f"$.km({target}, {json.dumps(attribute)}, [{arguments}], {named})"
             return f"{target}.{attribute}({arguments})"
         function = self.e(node.func)
-        return f"$.k({function}, [{arguments}], {named})" if named else f"{function}({arguments})"
+        if named:
+            return f"$.k({function}, [{arguments}], {named})"
+        starred = any(isinstance(n, ast.Starred) for n in node.args)
+        return f"$.star({function}, [{arguments}])" if starred else f"{function}({arguments})"
 
     def own(self) -> str:
         return "this"
