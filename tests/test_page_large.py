@@ -37,7 +37,8 @@ const scalar = (key, v) => (ArrayBuffer.isView(v) ? { length: v.length, last: v[
   await onmessage({ data: { kind: "open", id: "open", module } });
   await onmessage({ data: { kind: "read", id: "read", file } });
   const [input, output] = asked.split("|");
-  if (output) await onmessage({ data: { kind: "identify", id: "identify", input, output, run: null, reading: {}, fitting: {} } });
+  const fit = { kind: "identify", id: "identify", input, output, run: null, reading: {}, fitting: {} };
+  if (output) await onmessage({ data: fit });
   process.stdout.write(JSON.stringify(answers, scalar), () => process.exit(0));
 })();
 """

@@ -136,6 +136,22 @@ def visible_lines(text: object) -> str:
     return "\n".join(map(visible, str(text).split("\n")))
 
 
+def visible_text(text: str) -> str:
+    r"""Return a text of many lines with its tabs, all other control characters and marks of direction spelled out.
+
+    Examples
+    --------
+    >>> visible_text("a:\n\tb\x07")
+    'a:\n\tb\\x07'
+    """
+    lines = (line if line.isprintable() else _with_tabs(line) for line in text.split("\n"))
+    return "\n".join(lines)
+
+
+def _with_tabs(line: str) -> str:
+    return "".join(letter if letter == "\t" or letter.isprintable() else _shown(letter) for letter in line)
+
+
 def _shown(letter: str) -> str:
     if unicodedata.category(letter) not in HIDDEN or letter in HARMLESS:
         return letter

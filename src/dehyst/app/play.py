@@ -180,8 +180,7 @@ def _middle(band: Band, past: tuple[float, float] | None, card: ModelCard, signa
 
 def _column(card: SignalCard, prefix: str = "") -> str:
     """Name of a column: that of the signal with its unit."""
-    name = f"{prefix}_{card.name}" if prefix else card.name
-    return f"{name} [{card.unit}]" if card.unit else name
+    return f"{prefix}_{card.label}" if prefix else card.label
 
 
 def _band_columns(band: Band, card: SignalCard, prefix: str, signal: Signal, figure: Path | None) -> dict[str, Array]:

@@ -20,6 +20,7 @@ from dehyst.export.folder import MANIFEST, VERIFIED, exported_files
 from dehyst.export.verification import Verification, verify_folder
 from dehyst.files import write_atomically
 from dehyst.findings import doubtful
+from dehyst.shell import visible
 from dehyst.version import __version__
 
 SIGNED = "Verified by `dehyst verify`."
@@ -91,7 +92,7 @@ def _signed(found: Verification) -> str:
         *(f"{check.status:8} {check.claim}{': ' + check.detail if check.detail else ''}" for check in checks),
         *(["", doubt] if doubt else []),
     ]
-    return "\n".join(lines) + "\n"
+    return "".join(f"{visible(line)}\n" for line in lines)
 
 
 def _print(folder: Path, found: Verification) -> None:

@@ -15,6 +15,7 @@ from dehyst.export.rendering import comment, render
 from dehyst.export.subject import Subject
 from dehyst.export.targets import Check
 from dehyst.findings import Grade, grade_of
+from dehyst.shell import visible
 from dehyst.version import RELEASE, __version__
 
 JOINT_WORDS = {"double": "bits of the controller", "float": "valves to 2e-2, the rest to 1e-4 and limits to a period"}
@@ -137,7 +138,7 @@ def with_warning(readme: str, subject: Subject) -> str:
 
 
 def _range(low: float | None, high: float | None, unit: str) -> str:
-    return "nothing" if low is None or high is None else f"{low:.6g} .. {high:.6g}{' ' + unit if unit else ''}"
+    return "nothing" if low is None or high is None else visible(f"{low:.6g} .. {high:.6g} {unit}").rstrip()
 
 
 def verify(folder: Path, subject: Subject) -> list[Check]:

@@ -18,7 +18,7 @@ from dehyst.export.rendering import TEMPLATES
 from dehyst.export.signal import to_csv
 from dehyst.export.subject import Subject
 from dehyst.export.targets import target as target_of
-from dehyst.shell import quoted
+from dehyst.shell import quoted, visible_text
 from dehyst.version import __version__
 
 FORMAT = "dehyst-export"
@@ -129,8 +129,13 @@ def contents(subject: Subject, target: str) -> dict[str, bytes]:
     for name, text in subject.extra.items():
         files[name] = text
     files |= target_of(target).load().files(subject)
-    content = {name: text.encode("utf-8") if isinstance(text, str) else text for name, text in files.items()}
+    content = {name: _written(text) for name, text in files.items()}
     return {**content, MANIFEST: manifest_text(_manifest(subject, target, content)).encode("utf-8")}
+
+
+def _written(text: str | bytes) -> bytes:
+    """Bytes of a file; a name in its text steers no terminal and no editor."""
+    return visible_text(text).encode("utf-8") if isinstance(text, str) else text
 
 
 def manifest_text(facts: Mapping[str, Any]) -> str:

@@ -19,6 +19,7 @@ from dehyst.findings import Finding
 from dehyst.io import read_signal
 from dehyst.models import SignalCard
 from dehyst.models.card import in_units_of
+from dehyst.shell import visible
 
 Whole = npt.NDArray[np.int64]
 
@@ -163,7 +164,7 @@ def _spoil(inputs: Array, rng: np.random.Generator, real: str) -> None:
 
 def to_csv(signal: Signal) -> str:
     """Return a table of inputs, switch, outputs and flags with all digits."""
-    head = [*signal.input_names, "switch", *signal.output_names, "flags"]
+    head = map(visible, [*signal.input_names, "switch", *signal.output_names, "flags"])
     rows = [
         [*map(_digits, signal.inputs[k]), str(signal.switch[k]), *map(_digits, signal.outputs[k]), str(signal.flags[k])]
         for k in range(signal.samples)

@@ -20,6 +20,7 @@ from dehyst.export.units import Unit, unit_of
 from dehyst.models import Model, SignalCard
 from dehyst.models.machine import Direction
 from dehyst.models.storage import model_to_dict
+from dehyst.shell import visible
 
 WHATS = ("inverse", "forward", "joint-controller")  # as typed
 DIRECT = "direct-inverse"  # what a direct inverse alone is exported as
@@ -268,7 +269,7 @@ def subject_of(
         tolerances=(made.allowed,),
         period=made.period,
         excerpt=log,
-        excerpt_source=excerpt_source if log else "",
+        excerpt_source=visible(excerpt_source) if log else "",
         start_output=block.last,
         tunable=tunable,
         unit=made,

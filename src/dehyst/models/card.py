@@ -33,13 +33,12 @@ class SignalCard:
 
     @property
     def label(self) -> str:
-        """Axis label, ``name [unit]``."""
-        return f"{self.name} [{self.unit}]" if self.unit else self.name
+        """Axis label, ``name [unit]``, on one line; what cannot be printed is spelled out."""
+        return visible(f"{self.name} [{self.unit}]" if self.unit else self.name)
 
     def __str__(self) -> str:
-        """Label and range on one line; what cannot be printed is spelled out, what is endless left out."""
-        label = visible(self.label)
-        label = label if len(label) <= 60 else f"{label[:57]}..."
+        """Label and range on one line; what is endless is left out."""
+        label = self.label if len(self.label) <= 60 else f"{self.label[:57]}..."
         return label if self.low is None or self.high is None else f"{label} {self.low:z.4g} to {self.high:z.4g}"
 
 

@@ -20,6 +20,7 @@ from dehyst.export.fmu.terminals import PICTURE, picture, terminals
 from dehyst.export.numbers import UnitNumbers
 from dehyst.export.rendering import TEMPLATES
 from dehyst.export.subject import TUNING, Subject
+from dehyst.shell import visible
 from dehyst.version import __version__
 
 STEP = 2.0**-10  # communication step of the examples where the unit has no period: times add up without rounding [s]
@@ -163,7 +164,7 @@ def _description(subject: Subject, token: str, variables: tuple[Variable, ...], 
 def _page(subject: Subject, variables: tuple[Variable, ...]) -> str:
     """Documentation inside the FMU: what it is and what its variables mean."""
     rows = "".join(
-        f"<tr><td>{escape(v.name)}</td><td>{v.role}</td><td>{escape(v.unit)}</td><td>{escape(v.description)}</td></tr>\n"
+        f"<tr><td>{escape(v.name)}</td><td>{v.role}</td><td>{escape(visible(v.unit))}</td><td>{escape(v.description)}</td></tr>\n"
         for v in variables
         if v.role != "constant"
     )
