@@ -40,7 +40,7 @@ export class Options {
     const option = (fits: boolean, flag: string, label: string, control: Control): Option => ({ flag, name: { "--from": "start", "--to": "stop" }[flag] ?? flag.slice(2).replaceAll("-", "_"), about: label, control, fits });
     this.all = [
       option(true, "--train-fraction", "Share that is fitted, 0 to 1; the rest tests the model", number("first half")),
-      option(true, "--eps", "Smallest slope after a reversal; auto: as firm as costs little", number("0.001, the paper's")),
+      option(true, "--eps", "Smallest slope after a reversal; auto: as firm as costs little", number(cut ? "0.001, the paper's" : "auto; of pi 0.001")),
       option(true, "--initial-state", "What the actuator did before the log", list("auto", known.starts)),
       option(true, "--max-inverse-gain", "Largest slope of the inverse, input over output; instead of the smallest slope", number("any")),
       ...(cut ? [option(false, "--from", "Use the log from this time on [s]", number("its first sample")),
