@@ -223,4 +223,41 @@ def test_what_was_fitted_is_looked_at_where_nothing_was_held_out():
 def test_the_cure_of_creep_depends_on_what_log_and_model_know(timed, knows, words):
     t, x = strokes()
     f = MODEL.simulate(x)
-    assert words in found(t, x, f, LEFT["time-since-turn"](t, x, f), timed, knows_time=knows).suggestions[0]
+    creep = {"knows_time": knows, "confirmed": ["time-since-turn"] if timed else []}
+    assert words in found(t, x, f, LEFT["time-since-turn"](t, x, f), timed, **creep).suggestions[0]
+
+
+@pytest.mark.parametrize("cause", ["time-since-turn", "rate", "delay"])
+def test_without_a_test_of_its_own_no_cause_is_named(cause):
+    t, x = strokes()
+    f = MODEL.simulate(x)
+    [seen] = found(t, x, f, LEFT[cause](t, x, f)).suggestions[:1]
+    [named] = found(t, x, f, LEFT[cause](t, x, f), confirmed=[cause]).suggestions[:1]
+    assert seen != named and "does not show" in seen and not {"one clock", "knows creep", "knows the rate"} & {seen}
+    assert "one clock" not in seen and "--family mixed-sum" not in seen
+
+
+@pytest.mark.parametrize(("hertz", "damped"), [(5.0, 0.0), (7.3, 0.02), (3.1, 0.05)])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_residual_that_rings_is_said_with_its_frequency(hertz, damped, seed):
+    t, x = strokes(seed=seed)
+    f = MODEL.simulate(x)
+    e, phase = np.zeros(t.size), 2.0 * np.pi * hertz * t
+    for turn in [0, *turning_points(x, 0.1).tolist()] if damped else [0]:  # each turn rings anew
+        after = t[turn:] - t[turn]
+        e[turn:] += 0.01 * np.exp(-damped * 2.0 * np.pi * hertz * after) * np.sin(phase[turn:] - phase[turn])
+    says = found(t, x, f, e + noise(e, 0.5))
+    assert says.peak is not None and says.peak.frequency == pytest.approx(hertz, rel=0.05)
+    assert says.peak.low <= hertz <= says.peak.high and 0.3 < says.peak.share <= 1.0
+    assert any(f"around {says.peak.frequency:.4g} Hz" in sentence for sentence in says.suggestions)
+    assert not any("was not logged" in sentence for sentence in says.suggestions)
+
+
+@pytest.mark.parametrize("cause", LEFT)
+@pytest.mark.parametrize("seed", range(3))
+def test_no_other_residual_has_a_peak(cause, seed):
+    t, x = strokes(seed=seed)
+    f = MODEL.simulate(x)
+    e = LEFT[cause](t, x, f)
+    assert found(t, x, f, e + noise(e, 0.3)).peak is None
+    assert found(t, x, f, noise(f, 0.01)).peak is None

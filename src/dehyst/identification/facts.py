@@ -245,21 +245,47 @@ def velocity(time: Array, x: Array) -> Array:
 def drift(x: Array, residual: Array, less: Array | None = None) -> tuple[float, float]:
     """Change of the residual from the first to the last cycle, and its standard error, in the residual's unit.
 
-    A line through the mean residual of each full cycle; (0, 0) with fewer than four cycles. With `less` the residual is
-    the difference of both, which need not be made for that.
+    With `less` the residual is the difference of both, which need not be made for that; see `drift_of`.
     """
     points = turning_points(x)[1:-1]
     begins = points[::2]
-    if begins.size < 5:
+    if begins.size < FEWEST_CYCLES + 1:
         return 0.0, 0.0
     counted = slice(0, int(begins[-1]))
     sums = np.add.reduceat(residual[counted], begins[:-1])
     if less is not None:
         sums = sums - np.add.reduceat(less[counted], begins[:-1])
-    cycles = sums / np.diff(begins)
-    k = np.arange(cycles.size, dtype=np.float64)
-    k -= k.mean()
-    slope = float(k @ cycles / (k @ k))
-    rest = cycles - cycles.mean() - slope * k
-    error = float(np.sqrt(rest @ rest / (cycles.size - 2) / (k @ k)))
-    return slope * (cycles.size - 1), error * (cycles.size - 1)
+    return drift_of(sums / np.diff(begins), x[points])
+
+
+FEWEST_CYCLES = 4
+# Cycles are of one size if their ends scatter by less than this share of the largest.
+ALIKE = 0.05
+
+
+def drift_of(cycles: Array, turns: Array) -> tuple[float, float]:
+    """Change of the mean residuals (n,) of cycles from the first to the last, and its standard error.
+
+    A line through them; (0, 0) with fewer than four. Where the ends of the cycles, every other of `turns` and those
+    between, are not the same all along, the line stands beside both: what a model errs by depends on the size of a
+    cycle, and cycles that grow are no drift.
+    """
+    count = cycles.size
+    if count < FEWEST_CYCLES:
+        return 0.0, 0.0
+    one, other = turns[: 2 * count : 2], turns[1 : 2 * count : 2]
+    largest = float(np.max(np.abs(one - other)))
+    k = np.arange(count, dtype=np.float64)
+    beside = [np.ones(count), *(end - end.mean() for end in (one, other) if np.std(end) > ALIKE * largest)]
+    left = count - 1 - len(beside)
+    if left < 1:
+        return 0.0, 0.0
+    basis = np.column_stack(beside)
+    along, means = (v - basis @ np.linalg.lstsq(basis, v, rcond=None)[0] for v in (k, cycles))
+    spread = float(along @ along)
+    if not spread > 1e-6 * count**3:
+        return 0.0, 0.0
+    slope = float(along @ means) / spread
+    rest = means - slope * along
+    error = float(np.sqrt(rest @ rest / left / spread))
+    return slope * (count - 1), error * (count - 1)

@@ -487,7 +487,16 @@ class Fit(Plotted):
             100.0 * score.rmse / score.rmse_percent if score.rmse_percent > 0.0 else 1.0,
             part="held-out" if self.test else "fitted",
             knows_time=self.model.rate_dependent,
+            confirmed=self._confirmed,
         )
+
+    @property
+    def _confirmed(self) -> set[str]:
+        """Causes of a residual that tests of their own have shown: rate, creep, one column late."""
+        names = {RATE: "rate", CREEP: "time-since-turn"}
+        shown = {names[found.group] for found in self.facts.evidence if found.there and found.told}
+        late = any(finding.code in ("output-late", "output-early") for finding in self.warnings)
+        return shown | {"delay"} if late else shown
 
     def refit(
         self,

@@ -78,8 +78,10 @@ def _changed_at(x: Array, y: Array) -> Change | None:
     cuts = np.arange(CYCLES + 1, marks.size - CYCLES)  # the end of the cycle before is asked too
     best = int(cuts[np.argmin([_left(sums[c - 1]) + _left(sums[-1] - sums[c - 1]) for c in cuts])])
     for cut in (best - 1, best):  # within a cycle, either of its ends may be the best
-        found = _judged(x, y / span, terms, marks, cut, sums[cut - 1], sums[-1] - sums[cut])
-        if found is not None:
+        after = sums[-1] - sums[cut]
+        found = _judged(x, y / span, terms, marks, cut, sums[cut - 1], after)
+        # What was before the log moves the first cycle, which nobody knows: it is no change if that alone tells of it.
+        if found is not None and _judged(x, y / span, terms, marks, cut, sums[cut - 1] - sums[0], after) is not None:
             begin, place, size = found
             return Change(int(kept[begin]), int(kept[place]), size)
     return None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -20,15 +20,15 @@ from dehyst.shell import command
 # Where one cause explains as much as another, the first one is named: the simpler, and rate-independent ones first.
 TITLES = {
     "offset": "one constant offset",
-    "drift": "drift along the log",
+    "drift": "the place within the log",
     "position": "the input itself",
     "way-since-turn": "how far the input has gone since its last turn",
-    "time-since-turn": "the time since the input's last turn (creep)",
+    "time-since-turn": "the time since the input's last turn",
     "rate": "the speed of the input",
-    "delay": "the slope of the output (a delay)",
+    "delay": "the slope of the output",
 }
 CAUSES = tuple(TITLES)
-WHAT = {"offset": "is", "drift": "is"}  # what the residual does; of all others it depends on them
+WHAT = {"offset": "is"}  # what the residual does; of all others it depends on them
 MOST_ROWS = 20_000  # that stand for a longer log, spread unevenly, so that no period of it is met
 FEWEST = 100
 BLOCKS = 10  # consecutive; odd ones are fitted and even ones scored, then the other way round
@@ -47,6 +47,11 @@ MOSTLY = 0.5  # noise
 # time to this share.
 SAME_PLACE, SAME_TIME = 0.02, 0.05
 FEWEST_PAIRS, MOST_PAIRS, PHASES = 6, 400, 64
+# A peak of the spectrum is one if it is so many times as high as what is usual, holds this share of the square, is so
+# many times as fast as the strokes, which have harmonics, and the input has less than this share of its square there.
+HIGH, PEAK_SHARE, FASTER, DRIVEN = 10.0, 0.3, 6.0, 0.01
+EDGE = 0.1  # of its height: as far as that a peak goes
+MOST_SEGMENT, MOST_SEGMENTS = 1024, 64
 DIFFERENCE = np.array([1.0, -3.0, 3.0, -1.0])  # of four samples in succession, free of everything that is smooth
 
 
@@ -83,6 +88,35 @@ class Cause:
 
 
 @dataclass(frozen=True, slots=True)
+class Peak:
+    """A frequency at which much of a residual lies.
+
+    Attributes
+    ----------
+    frequency, low, high
+        Of its top and of its edges, in Hz, or 1/samples without time stamps.
+    share
+        Of the squared residual that lies between the edges.
+    """
+
+    frequency: float
+    low: float
+    high: float
+    share: float
+
+    def words(self, timed: bool) -> str:
+        """Share and frequency, for a person."""
+        if timed:
+            return (
+                f"{100.0 * self.share:.0f} % of the model's squared error lies around {self.frequency:.4g} Hz "
+                f"({self.low:.3g} to {self.high:.3g} Hz)"
+            )
+        return (
+            f"{100.0 * self.share:.0f} % of the model's squared error repeats every {1.0 / self.frequency:.3g} samples"
+        )
+
+
+@dataclass(frozen=True, slots=True)
 class Residual:
     """What is left of an output when a model has said what it knows.
 
@@ -108,6 +142,8 @@ class Residual:
         Whether the recordings have time stamps.
     suggestions
         What to log or to try next, each with its number.
+    peak
+        Frequency at which much of it lies, though the input hardly moves there; None where there is none.
     """
 
     part: str
@@ -119,6 +155,7 @@ class Residual:
     delay: float = 0.0
     timed: bool = False
     suggestions: tuple[str, ...] = ()
+    peak: Peak | None = None
 
     @property
     def largest(self) -> Cause | None:
@@ -144,6 +181,7 @@ class Residual:
             "noise_share": self.noise_share,
             "noise_from": self.noise_from,
             "delay": self.delay,
+            "peak_Hz": None if self.peak is None or not self.timed else self.peak.frequency,
             "suggestions": list(self.suggestions),
         }
 
@@ -156,6 +194,7 @@ def residual_structure(
     *,
     part: str = "held-out",
     knows_time: bool = False,
+    confirmed: Collection[str] = (),
 ) -> Residual:
     r"""Say what the residual e = y - f of a model follows.
 
@@ -184,6 +223,9 @@ def residual_structure(
         What the masks hold: "held-out" or "fitted" samples.
     knows_time
         Whether the model knows rate and creep.
+    confirmed
+        Those of `CAUSES` that a test of their own has shown to be there. Of the others is said what was seen: what
+        follows the time since a turn is creep, or a loop that the model lacks where all strokes take one time.
 
     Examples
     --------
@@ -216,8 +258,23 @@ def residual_structure(
         noise_percent=None if noise is None else 100.0 * noise / output_range,
         noise_from=source,
         delay=table.delay,
+        peak=_peak(spans),
     )
-    return replace(found, suggestions=tuple(_suggestions(found, knows_time)))
+    return replace(found, suggestions=tuple(_suggestions(found, knows_time, confirmed)))
+
+
+def spectral_peak(recordings: Sequence[Recording], predictions: Sequence[Array], masks: Sequence[Mask]) -> Peak | None:
+    """Return the frequency at which much of a residual lies though the input hardly moves there; None if there is none.
+
+    Examples
+    --------
+    >>> t = np.arange(0.0, 60.0, 0.01)
+    >>> x = np.sin(t)
+    >>> hum = Recording(input=x, output=2.0 * x + 0.01 * np.sin(2.0 * np.pi * 12.0 * t), time=t)
+    >>> round(spectral_peak([hum], [2.0 * x], [t >= 0.0]).frequency, 1)
+    12.0
+    """
+    return _peak(_spans(recordings, predictions, masks))
 
 
 class _Features(NamedTuple):
@@ -410,18 +467,74 @@ def _noise(spans: Sequence[_Span], rows: Sequence[Rows]) -> tuple[float | None, 
     return float(np.sqrt(np.mean(jumps**2) / np.sum(DIFFERENCE**2))), "differences"
 
 
-def _suggestions(found: Residual, knows_time: bool) -> Iterator[str]:
+def _peak(spans: Sequence[_Span]) -> Peak | None:
+    """Peak of the mean spectrum of segments of one length, tapered, or None."""
+    whole = [span for span in spans if span.counted.size == span.counted[-1] - span.counted[0] + 1]
+    size = min(MOST_SEGMENT, max((span.counted.size for span in whole), default=0) // 4)
+    if size < 32:
+        return None
+    step = float(np.median([(span.time[-1] - span.time[0]) / (span.time.size - 1) for span in whole]))
+    stroke = float(np.median([span.stroke for span in whole])) / step
+    errors, inputs = [], []
+    most = MOST_SEGMENTS // len(whole) + 1
+    for span in whole:
+        first, count = int(span.counted[0]), span.counted.size
+        for begin in spread(0, max(0, count - size) + 1, most).tolist() if count >= size else []:
+            part = slice(first + begin, first + begin + size)
+            errors.append(span.e[part])
+            inputs.append(span.x[part])
+    cycles = np.arange(size // 2 + 1)
+    power = _spectrum(np.array(errors), cycles)
+    driven = _spectrum(np.array(inputs), cycles)
+    faster = np.flatnonzero(cycles > FASTER * size / (2.0 * stroke))
+    if faster.size < 8 or not power.sum() > 0.0:
+        return None
+    top = int(faster[np.argmax(power[faster])])
+    low = high = top
+    while low > faster[0] and power[low - 1] > EDGE * power[top]:
+        low -= 1
+    while high < cycles.size - 1 and power[high + 1] > EDGE * power[top]:
+        high += 1
+    share = float(power[low : high + 1].sum() / power.sum())
+    others = np.delete(power[faster], np.arange(low, high + 1) - faster[0])
+    moved = float(driven[low : high + 1].sum() / max(float(driven.sum()), 1e-300))
+    if share < PEAK_SHARE or moved > DRIVEN or not others.size or power[top] < HIGH * float(np.median(others)):
+        return None
+    beside = float(power[low : high + 1] @ cycles[low : high + 1] / power[low : high + 1].sum())
+    near = cycles[max(top - 1, 0) : top + 2]
+    centre = float(power[near] @ near / power[near].sum())
+    per = 1.0 / (size * step)
+    return Peak((centre if high - low < size // 16 else beside) * per, low * per, high * per, share)
+
+
+def _spectrum(segments: Array, cycles: Rows) -> Array:
+    """Mean square of segments (m, n) at whole numbers of cycles, each less its mean and tapered."""
+    size = segments.shape[1]
+    at = np.arange(size)
+    taper = 0.5 - 0.5 * np.cos(2.0 * np.pi * (at + 0.5) / size)
+    level = (segments - segments.mean(axis=1)[:, None]) * taper
+    angle = 2.0 * np.pi / size * np.outer(at, cycles)
+    return np.asarray(np.mean((level @ np.cos(angle)) ** 2 + (level @ np.sin(angle)) ** 2, axis=0))
+
+
+def _suggestions(found: Residual, knows_time: bool, confirmed: Collection[str]) -> Iterator[str]:
     """Plain words: the number, and what to log or to try next; the largest cause first."""
     order = sorted(found.causes, key=lambda cause: -round(cause.share, 2))
     said = [cause for cause in order if cause.share >= WORTH and (cause is order[0] or cause.own >= OWN)]
     for cause in said:
         what = f"{100.0 * cause.share:.0f} % of the model's squared error {cause.words}"
-        yield f"{what}, {cause.size_percent:.2g} % of range rms. {_cure(cause, found, knows_time)}"
+        yield f"{what}, {cause.size_percent:.2g} % of range rms. {_cure(cause, found, knows_time, confirmed)}"
     rivals = [cause for cause in order[1:] if said and cause.own < OWN and cause.share >= RIVAL * order[0].share]
     if rivals:
         yield (
             f"Nearly as much of the same may come from {' and '.join(TITLES[cause.name] for cause in rivals)}: log "
             f"several speeds, sizes of loop, and rests, which tell them apart (dehyst design plans such a motion)."
+        )
+    if found.peak is not None:
+        yield (
+            f"{found.peak.words(found.timed)}, where the input hardly moves: a resonance that the motion rings, or a "
+            f"disturbance of that frequency. No model of hysteresis follows it: smooth the reference, filter that "
+            f"frequency out of the measured output, or damp it."
         )
     noise = found.noise_share
     if noise is not None and noise >= MOSTLY:
@@ -429,45 +542,56 @@ def _suggestions(found: Residual, knows_time: bool) -> Iterator[str]:
             f"{100.0 * noise:.0f} % of the model's squared error is noise, {found.noise_percent:.2g} % of range rms: "
             f"no model will do much better. Average samples, take a better sensor, or leave it at that."
         )
-    elif not said and found.causes:
+    elif not said and found.causes and found.peak is None:
         yield (
-            "The error of the model comes from none of these, and is more than the noise that is seen: something was "
-            "not logged. Log what else acts on the actuator (load, temperature, supply), and repeat the same strokes: "
-            "what differs between repetitions no model can know."
+            "The error of the model comes from none of these, and is more than the noise that is seen: the actuator is "
+            "of another kind than the model, or something acts on it that was not logged. See whether another family "
+            "does better (dehyst compare), and repeat the same strokes: what differs between repetitions no model of "
+            "this input can know."
         )
 
 
-def _cure(cause: Cause, found: Residual, knows_time: bool) -> str:
+ALIKE = (
+    "Creep, rate, and a loop that the model does not show look alike in this log: log rests and several speeds, which "
+    "tell them apart (dehyst design plans them), or see whether another family does better (dehyst compare)."
+)
+
+
+def _cure(cause: Cause, found: Residual, knows_time: bool, confirmed: Collection[str]) -> str:
     held = found.part == "held-out"
     where = "the samples held out" if held else "the samples"
     fitted = "Let loops {} be part of what is fitted (--train-fraction), or see" if held else "See"
     fitted += " whether another family does better (dehyst compare)."
+    more = "The model knows it, but not all of it: log longer rests and several speeds."
+    creep = more if knows_time else "It creeps: take a model that knows creep (--family mixed-sum or creep-pi)."
+    rate = more if knows_time else "Take a model that knows the rate (--family mixed-sum), or identify at that of use."
+    alike = ALIKE if found.timed else f"{ALIKE} Without time stamps none of that can be told."
     limit = min(50, max(1, math.ceil(2 * cause.size_percent))) / 100
+    follow = command("export", "MODEL.json", target="c", out="DIR", follow_offset=f"{limit:g}")
     cures = {
         "offset": (
-            f"The zero of {where} is not that of the model: check the zero of the sensor, warm up before logging, or "
-            f"let an offset follow the last cycle in use, up to twice this one "
-            f"({command('export', 'MODEL.json', target='c', out='DIR', follow_offset=f'{limit:g}')})."
+            f"The mean of {where} is not that of the model, and they do not tell why: another zero, load or "
+            f"temperature, or a past that is not known. In use an offset can follow the last cycle, up to twice this "
+            f"one ({follow})."
         ),
-        "drift": "Warm up before logging, log longer, and log what may cause it, such as a temperature.",
+        "drift": "Make the first strokes again at the end, and log what may be the cause, such as a temperature.",
         "position": fitted.format("over the whole range"),
         "way-since-turn": fitted.format("of all sizes"),
-        "time-since-turn": "The model knows creep, but not all of it: log longer rests and several speeds.",
-        "rate": "The model knows the rate, from other speeds: let those of use be part of what is fitted.",
-        "delay": _late(found),
+        "time-since-turn": creep if cause.name in confirmed else alike,
+        "rate": rate if cause.name in confirmed else alike,
+        "delay": _late(found, cause.name in confirmed),
     }
-    if cause.name in ("time-since-turn", "rate") and not found.timed:
-        return "Log time stamps: models of creep and rate need them."
-    if cause.name == "time-since-turn" and not knows_time:
-        return "Take a model that knows creep (--family mixed-sum or creep-pi), and log rests, which tell it from rate."
-    if cause.name == "rate" and not knows_time:
-        return "Take a model that knows the rate (--family mixed-sum), or identify at the speed of use."
     return cures[cause.name]
 
 
-def _late(found: Residual) -> str:
+def _late(found: Residual, confirmed: bool) -> str:
     unit = "s" if found.timed else "samples"
+    seen = (
+        f"The output is about {abs(found.delay):.2g} {unit} {'behind' if found.delay > 0.0 else 'ahead of'} the model"
+    )
+    if confirmed:
+        return f"{seen}: log both signals by one clock and without filters on one of them, or shift one by that time."
     return (
-        f"The output is about {abs(found.delay):.2g} {unit} {'behind' if found.delay > 0.0 else 'ahead of'} the model: "
-        f"log both signals by one clock and without filters on one of them, or shift one by that time."
+        f"{seen}. A loop that the model does not show looks like that, and so does a lag. See whether "
+        f"another family does better (dehyst compare)."
     )
