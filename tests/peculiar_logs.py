@@ -1,5 +1,7 @@
 """Logs of a simulated actuator with exactly one peculiarity, and which causes may be named for it."""
 
+from itertools import pairwise
+
 import numpy as np
 
 import dehyst
@@ -133,6 +135,13 @@ def late_clock(rng):
     return one(shifted(x, 8), plays(x), rng)
 
 
+def even(rng):
+    """Strokes of all sizes that all take the same time."""
+    turns = [-1, 1, -1, 1, -1, 0.5, -0.7, 1, -1, 0.3, -0.3, 1, -0.5, 1, -1]
+    legs = [np.linspace(a, b, 60, endpoint=False) for a, b in pairwise(turns)]
+    return np.concatenate([*legs, [turns[-1]]])
+
+
 # name -> (maker, causes that may be named)
 KINDS = {
     "clean": (of(plays), set()),
@@ -167,6 +176,7 @@ KINDS = {
     "noise": (of(plays, noise=0.03), set()),
     "hum": (of(lambda x: plays(x) + hum(x)), {OTHER}),
     "resonance": (of(lambda x: rung(plays(x), 6.0)), {TIME, CLOCK, OTHER}),
+    **{f"{name}, even": (of(curve, even), set()) for name, curve in CURVES.items()},
     **{name: (of(curve), set()) for name, curve in CURVES.items()},
 }
 

@@ -12,7 +12,7 @@ import pytest
 
 from dehyst import Recording, compare, identify, load
 from dehyst.errors import ExcitationError, ParameterError
-from dehyst.families import Family, LoopModel, Scaling, all_names, identify_family, registry
+from dehyst.families import Family, LoopModel, Scaling, all_names, comparison, identify_family, registry
 from dehyst.families.base import UNSCALED
 from dehyst.models import PrandtlIshlinskii
 from dehyst.models.card import NO_CARD, ModelCard
@@ -357,3 +357,16 @@ def test_errors_that_differ_are_not_printed_as_the_same_number():
     entries = (errs(found["modified-pi"], 0.0931), errs(found["pi"], 1.0))
     close = replace(found, entries=entries, auto_entry=errs(found.auto_entry, 0.0942))
     assert "0.0931 % of range rms" in close.verdict and "against 0.0942 % of full-sum" in close.verdict
+
+
+def test_one_model_under_two_names_is_listed_once_and_says_the_other_name():
+    x = 2.0 * np.sin(np.linspace(0.0, 60.0, 1200)) * np.linspace(1.0, 0.3, 1200)
+    y = PrandtlIshlinskii([0.0, 0.3, 0.8], [1.0, 0.4, 0.3]).simulate(x)
+    record = Recording(input=x, output=y, time=0.01 * np.arange(x.size))
+    twice = compare(record, ["static", "pi"])
+    marked = comparison._named_once([twice["pi"], replace(twice["pi"], family="twin"), twice["static"]])
+    assert [entry.same_as for entry in marked] == ["", "pi", ""]
+    found = replace(twice, entries=tuple(marked))
+    assert [entry.family for entry in found.rows] == ["pi", "static"]
+    assert ("twin", "the same model here as pi") in found.notes and "twin" not in found.verdict
+    assert found["twin"].same_as == "pi" and set(found.as_dict()["families"]) == {"pi", "twin", "static"}

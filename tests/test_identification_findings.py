@@ -145,7 +145,7 @@ FIRING = {
     "poor-fit": (erratic, {}, "other"),
     "never-turns": (lambda: clean(), {"train_fraction": 0.02, "n": 10}, "--train-fraction 1"),
     "inverse-misses": (lambda: erratic(2.0), {"family": "pi"}, "simulation only"),
-    "recordings-differ": (lambda: [clean(), clean(output=clean().output + 1.0)], {}, "Align the zeros"),
+    "recordings-differ": (lambda: [clean(), clean(output=clean().output + 1.0)], {}, "align the zeros"),
     "paper-bound": (lambda: in_units(7e-4), {"family": "pi"}, "--eps auto"),
     "no-held-out": (lambda: broken_off(), {}, "--train-fraction"),
 }
@@ -177,7 +177,8 @@ def test_every_code_that_identification_can_give_is_tested():
         "output-late",
         "output-early",
         "plays-only",
-    }  # tested in test_lateness.py, test_choice_told.py
+        "spectral-peak",
+    }  # tested in test_lateness.py, test_choice_told.py, test_causes.py
 
 
 def test_a_test_of_a_few_samples_makes_no_model_good():

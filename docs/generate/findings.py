@@ -334,7 +334,9 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Look at the loop in the report; look for a second moving part, a lagging sensor, or swapped columns.",
         ),
         "rate-dependent": (
-            "At least {RATE_SIZE:%} of the range depend on rate or creep, by the one test of them (`evidence`): "
+            "At least {RATE_SIZE:%} of the range depend on rate or creep, by the one test of them (`evidence`). It is "
+            "asked of each recording alone where another signal makes their loops wider, and behind the curve of a "
+            "steep log: "
             "damping, creep, or a lagging sensor. A rate-independent model cannot follow it. Where the log cannot tell "
             "the two apart, it says `rate or time`.",
             "Identify at the speed of use, look for a family that knows rate or creep (`dehyst compare`; `--family "
@@ -343,13 +345,15 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         ),
         "drift": (
             "The output changes by more than {DRIFT_SIZE:%} of its range from the first to the last "
-            "cycle at the same input, {DRIFT_CERTAINTY} times more than its standard error.",
+            "cycle at the same input, {DRIFT_CERTAINTY} times more than its standard error, beside what the ends of "
+            "the cycles explain, and against the curve without hysteresis, too: cycles that grow are no drift.",
             "Warm up before logging, or leave out the first cycles with `--from`.",
         ),
         "output-late": (
             "Once the output is moved ahead, by {LEAST_SHIFT} samples or more, the sum of elements that was chosen, "
-            "creep and rate in it, errs less than {LATE:%} as much on blocks left out: a dead time, or a lag of a "
-            "sensor or a filter. Looked for by `--family auto` where the input turns more often than there are blocks.",
+            "creep and rate in it, errs less than {LATE:%} as much on blocks left out, as a dead time, or a lag of a "
+            "sensor or a filter, makes it. Looked for by `--family auto` where the input turns more often than there "
+            "are blocks.",
             "Log both columns by one clock, unfiltered, or move one. If the actuator itself is late, `--for simulate` "
             "takes the dead time into the model (`dead_time_s`); give a compensator its reference that much ahead.",
         ),
@@ -460,9 +464,18 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Leave `--shear` out and take the family that is named.",
         ),
         "recordings-differ": (
-            "Recordings fitted together lie more than {LEVELS_APART} of the output's range apart at the same input "
-            "(difference of their mean residuals).",
-            "Align the zeros of the sensors, or identify each recording by itself.",
+            "Recordings fitted together are not of one condition: they lie more than {LEVELS_APART:%} of the output's "
+            "range apart at the same input (difference of their mean residuals), or the gain of one is more than "
+            "{STEEPER:g} times, or its loop more than {WIDER:g} times as wide as that of another, beyond what their "
+            "motions make of it. Columns that stand still within each recording and differ between them are named.",
+            "Where a load or a mean pressure differs: `--family direct-inverse --load COLUMN` or `--mean-pressure "
+            "COLUMN`. Otherwise identify each recording by itself, or align the zeros where only the level differs.",
+        ),
+        "spectral-peak": (
+            "At least {PEAK_SHARE:%} of the model's squared error lie around one frequency, more than {FASTER:g} times "
+            "as fast as the cycles, at which the input hardly moves: a resonance that the motion rings, or a "
+            "disturbance, such as the supply. No model of hysteresis follows it.",
+            "Smooth the reference, filter that frequency out of the measured output, or damp it.",
         ),
         "no-held-out": (
             "A part was to be held out, but none of it counts, because its memory is unknown after a gap. The errors "

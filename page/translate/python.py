@@ -737,7 +737,7 @@ MODULES = (
     "identification/certify identification/data identification/evidence identification/facts identification/families "
     "identification/fit identification/least_squares identification/memory identification/mending "
     "identification/plays identification/procedure identification/refine identification/regressors "
-    "identification/residual identification/scores identification/selection identification/settings identification/shear "
+    "identification/conditions identification/residual identification/scores identification/selection identification/settings identification/shear "
     "identification/short_signal identification/split identification/static_curve identification/tracking io/cells "
     "io/checks io/clean io/clocks io/columns io/delimited io/heading io/layout io/lines io/logs io/no_table io/order "
     "io/pairs io/plain io/rewrite io/select io/table io/time_units io/text "

@@ -94,7 +94,7 @@ def _print(found: Comparison, request: CompareRequest) -> None:
     out = terminal()
     out.print(found.verdict, style="bold")
     out.print()
-    fitted = [entry for entry in found.entries if entry.model is not None]
+    fitted = [entry for entry in found.rows if entry.model is not None]
     # A name that was cut could not be typed again. All columns together need 78 characters at most.
     name = Column("family", min_width=max(len(entry.family) for entry in found.entries) + 2)
     heads = (name, ">held out %", ">fitted %", ">inverse %", ">parameters", ">fit s")

@@ -31,6 +31,7 @@ from dehyst.identification.threads import single_blas
 
 BLOCKS = 10  # of the held-out part, for the noise of a difference
 SIGMAS = 2.0
+SAME = 1e-9  # of the range: two models that differ by less are one
 POOR = 10.0  # held-out error from which a reason is looked for, percent of range
 AS_A_CURVE = 0.95  # or this many times that of the best curve without memory
 LEADING = ("stop",)  # families of `identify` whose output leads
@@ -80,6 +81,11 @@ class Comparison(Plotted):
         return self.entries[0]
 
     @property
+    def rows(self) -> tuple[FamilyFit, ...]:
+        """The entries, each model once."""
+        return tuple(entry for entry in self.entries if not entry.same_as)
+
+    @property
     def verdict(self) -> str:
         """The result in one sentence."""
         best, auto = self.chosen, self.auto_entry
@@ -98,7 +104,7 @@ class Comparison(Plotted):
             said += f" among those compared; {auto.family}, which identify chooses, has {its} %"
         else:
             said += f", against {its} % of {auto.family}, which identify chooses"
-        ties = [entry.family for entry in self.entries[1:] if entry.tied]
+        ties = [entry.family for entry in self.rows[1:] if entry.tied]
         said += f"; within noise of it: {', '.join(ties)}" if ties else ""
         said += f"; {_inverse(best)}"
         able = next((entry for entry in self.entries if entry.model is not None and entry.invertible), None)
@@ -117,6 +123,7 @@ class Comparison(Plotted):
         """What stands against families, and why some have no inverse: names, and one sentence for all of them."""
         said = [(entry.family, entry.reason) for entry in self.entries if entry.reason]
         said += [(entry.family, f"no inverse: {entry.no_inverse}") for entry in self.entries if entry.no_inverse]
+        said += [(each.family, f"the same model here as {each.same_as}") for each in self.entries if each.same_as]
         named: dict[str, list[str]] = {}
         for name, words in said:
             named.setdefault(words, []).append(name)
@@ -246,7 +253,7 @@ def compare(
     seen = part[1] if part[1] else part[0]
     masks = tuple(seen.mask(k, len(record)) for k, record in enumerate(records))
     ranked = sorted(found, key=lambda entry: (rank(entry.error_percent), entry.family != auto.family))
-    return Comparison(_with_ties(ranked, records, masks), records, auto, baseline, masks, seed)
+    return Comparison(_with_ties(_named_once(ranked), records, masks), records, auto, baseline, masks, seed)
 
 
 def _entry(name: str, judge: Judge, log: Prepared, training: Training) -> FamilyFit:
@@ -281,6 +288,23 @@ def _with_reason(entry: FamilyFit, auto: Fit, curve: float) -> FamilyFit:
     if follows and not entry.model.rate_dependent:
         said.append(f"{' and '.join(auto.facts.depends)}, which the model does not know")
     return replace(entry, reason=f"{'; '.join(said) or NOT_FOUND}.")
+
+
+def _named_once(ranked: list[FamilyFit]) -> list[FamilyFit]:
+    """Say of a row which one above it is the same model: terms that a log does not need are left out of both."""
+    marked: list[FamilyFit] = []
+    for entry in ranked:
+        twins = [above.family for above in marked if not above.same_as and _twins(above, entry)]
+        marked.append(replace(entry, same_as=twins[0]) if twins else entry)
+    return marked
+
+
+def _twins(one: FamilyFit, other: FamilyFit) -> bool:
+    """Whether two rows answer alike, to far more digits than a table shows."""
+    if not len(one.predictions) == len(other.predictions) > 0:
+        return False
+    pairs = list(zip(one.predictions, other.predictions, strict=True))
+    return all(a.shape == b.shape and float(np.max(np.abs(a - b))) <= SAME * float(np.ptp(a)) for a, b in pairs)
 
 
 def _with_ties(

@@ -69,6 +69,8 @@ class FamilyFit:
         Why there is no inverse.
     tied
         Whether the held-out error is within noise of the smallest one: on another log the order may turn.
+    same_as
+        Family whose model answers the same to the last bit on this log, of a row further up; "" if there is none.
 
     Examples
     --------
@@ -95,6 +97,7 @@ class FamilyFit:
     start: str = ""
     seed: int | None = None
     reason: str = ""
+    same_as: str = ""
     no_inverse: str = ""
     tied: bool = False
 

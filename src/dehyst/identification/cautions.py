@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from dehyst.data.recording import Recording
 from dehyst.findings import Finding
+from dehyst.identification.conditions import at_one_speed, steeper, wider
 from dehyst.identification.data import DataSet
 from dehyst.identification.families import HIGH_GAIN, STATIC, is_high
 from dehyst.identification.fit import Candidate, Certificate, LoopFacts
+from dehyst.identification.residual import spectral_peak
 from dehyst.identification.scores import Measured
 from dehyst.identification.selection import AFFORDABLE, STATIC_AS_GOOD
 from dehyst.identification.settings import PAPER_EPS
 from dehyst.shell import command
+from dehyst.units import dimension, mass_unit, parse_unit
 
 # What follows rate or time counts when it is no smaller than this share of the range.
 RATE_SIZE = 0.007
@@ -36,6 +39,8 @@ ROW_GAIN = (
 INVERSE_MISSES = 25.0
 # Recordings fitted together whose mean residuals differ by more than this share of the output's range.
 LEVELS_APART = 0.05
+# Of a peak of the residual's spectrum, percent of range: as little as that is rounding of a converter.
+PEAK_SIZE = 0.1
 # Held-out samples whose input covers less than this share of the fitted range hold no loops.
 SMALL_TEST = 0.1
 
@@ -157,8 +162,12 @@ def about_fit(
     asked_test: bool,
     knows: Knows,
     turns: int,
+    leads: bool = False,
 ) -> Iterator[Finding]:
-    """Yield what limits this fit: undetermined operators, extrapolation, no gain over a curve, high gain."""
+    """Yield what limits this fit: undetermined operators, extrapolation, no gain over a curve, high gain.
+
+    `leads`: the loop runs clockwise.
+    """
     records = measured.recordings
     first = records[0]
     yield from _levels(data, certificate.initial_state)
@@ -186,13 +195,15 @@ def about_fit(
                 f"the {held_out.size} samples held out cover {100 * covered:.2g} % of the input's range: no loop, so "
                 f"the error on them says little. Log more, without gaps, or fit a smaller part (--train-fraction).",
             )
-    apart = measured.levels_apart / data.output_range
-    if apart > LEVELS_APART:
+    yield from _recordings_differ(data, measured, knows, leads)
+    peak = spectral_peak(records, measured.predictions, measured.test_masks if measured.test else measured.train_masks)
+    judged = (measured.test or measured.train).rmse_percent
+    if peak is not None and judged * peak.share**0.5 > PEAK_SIZE:
         yield Finding(
-            "recordings-differ",
-            f"the outputs of the recordings lie up to {100 * apart:.0f} % of range apart at the same input: their "
-            f"sensors have different zeros, or the actuator was in another condition. One model averages over that. "
-            f"Align the zeros, or identify each recording by itself.",
+            "spectral-peak",
+            f"{peak.words(all(record.time is not None for record in records))}, where the input hardly moves: a "
+            f"resonance that the motion rings, or a disturbance of that frequency. No model of hysteresis follows it. "
+            f"Smooth the reference, filter that frequency out of the measured output, or damp it.",
         )
     error = (measured.test or measured.train).rmse
     bar = (measured.static_test or measured.static_train).rmse
@@ -242,6 +253,58 @@ def about_fit(
         yield no_held_out()
 
 
+def _recordings_differ(data: DataSet, measured: Measured, knows: Knows, leads: bool) -> Iterator[Finding]:
+    """What differs between recordings beside their motion, and which columns may say why."""
+    records, found = measured.recordings, measured.conditions
+    apart = measured.levels_apart / data.output_range
+    seen = []
+    if apart > LEVELS_APART:
+        seen.append(f"their outputs lie up to {100 * apart:.0f} % of range apart at the same input")
+    if steeper(found):
+        least, most = min(found, key=lambda each: each.gain), max(found, key=lambda each: each.gain)
+        seen.append(f"the gain of {most.name} is {most.gain / max(least.gain, 1e-9):.2g} times that of {least.name}")
+    if wider(found) and (knows.time or at_one_speed(records)):
+        least, most = min(found, key=lambda each: each.width), max(found, key=lambda each: each.width)
+        seen.append(
+            f"the loop is {most.width_percent:.2g} % of range wide in {most.name} and {least.width_percent:.2g} % in "
+            f"{least.name}"
+        )
+    if not seen:
+        return
+    held = [record.name for record, mask in zip(records, measured.test_masks, strict=True) if mask.all()]
+    tested = f" Held out: {', '.join(held)}." if held else ""
+    yield Finding(
+        "recordings-differ",
+        f"the recordings are not of one condition: {'; '.join(seen)}. A zero, a load, a temperature or another signal "
+        f"that no model was told does that, and one model averages over it.{tested} {_schedule(records, leads)}",
+    )
+
+
+def _schedule(records: Sequence[Recording], leads: bool) -> str:
+    """Which columns differ between recordings and stand still within, and what can be done with them."""
+    stills = [record.provenance.get("stills") or {} for record in records]
+    names = [name for name in stills[0] if all(name in each for each in stills)]
+    moved = [name for name in names if len({each[name] for each in stills}) > 1]
+    apart = "Identify each recording by itself, or align the zeros where only the level differs."
+    if not moved:
+        return f"If a column of the logs says what it is, look there. {apart}"
+    ranges = [f"{name} ({min(e[name] for e in stills):.4g} to {max(e[name] for e in stills):.4g})" for name in moved]
+    looks = f"Between them {', '.join(ranges)} differ{'s' if len(moved) == 1 else ''}."
+    options = [option for name in moved if (option := _option(name))]
+    if leads or not options:
+        return f"{looks} No family here takes a schedule by that. {apart}"
+    return f"{looks} A model with a schedule: --family direct-inverse {options[0]}."
+
+
+def _option(name: str) -> str:
+    """The option that makes a schedule of a column, "" if none does."""
+    unit = parse_unit(name)[1]
+    kind = dimension(unit)
+    if kind in ("force", "torque") or mass_unit(name, unit):
+        return f"--load {name}"
+    return f"--mean-pressure {name}" if kind == "pressure" else ""
+
+
 def _levels(data: DataSet, start: str) -> Iterator[Finding]:
     """Pieces that count with a level of their own."""
     pieces = [piece for piece in data.pieces if piece.unknown_level(start)]
@@ -285,8 +348,8 @@ def late(time: float, unit: str, percent: tuple[float, float], used: bool) -> Fi
     )
     return Finding(
         "output-late",
-        f"the output column is about {size} late: {shifted}. It is a dead time (transport, a bus, two clocks), or a "
-        f"lag of a sensor or a filter. {cure}",
+        f"the output column is about {size} late: {shifted}. A dead time (transport, a bus, two clocks) does "
+        f"that, and a lag of a sensor or a filter; the log does not tell which. {cure}",
     )
 
 

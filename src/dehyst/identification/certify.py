@@ -66,7 +66,9 @@ def _examine(
         *about_data(
             data, loop_facts, abs(change), doubt, knows, range_over([record.input for record in measured.recordings])
         ),
-        *about_fit(data, measured, certificate, _is_papers(settings), held_out, knows, turns),
+        *about_fit(
+            data, measured, certificate, _is_papers(settings), held_out, knows, turns, seen.loop.name == "clockwise"
+        ),
     ]
     # Reading counts the loops of a whole log by itself; here they are counted in what is fitted, and said with that.
     read = [finding for record in measured.recordings for finding in record.findings if finding.code not in FEW_LOOPS]

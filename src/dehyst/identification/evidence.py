@@ -34,6 +34,8 @@ RADII, LENGTHS = np.geomspace(0.01, 0.95, 12), np.geomspace(0.05, 1.5, 5)
 # Time constants of creep, from three sampling steps to a third of the log or 1 : 300 of that.
 TIMES, STEPS, SHARE, WIDEST = 6, 3.0, 1.0 / 3.0, 300.0
 RIDGE = 1e-6
+# Of a curve of the input: its pieces, and the slope that is left where it is flat, share of the mean one.
+KNOTS, FLAT = 64, 0.05
 LEAST = 200  # samples
 # From so many percent of range, by which a model answers otherwise at a tenth of the speed, that wants to be known.
 OTHER_SPEED = 1.0
@@ -198,6 +200,33 @@ def evidence(stretches: Sequence[Stretch]) -> tuple[Evidence, ...]:
     """
     if sum(int(s.counts.sum()) for s in stretches) < LEAST:
         return ()
+    tested = _tested(stretches)
+    if not any(found.there for found in tested):
+        return tested
+    # A steep curve is more than the powers of the input follow, and rate or creep may imitate what they leave. Where
+    # the input behind that curve describes the log better without them than the input itself with them, it decides.
+    behind = {found.group: found for found in _tested(_behind_curve(stretches))}
+    both = [(found, behind.get(found.group, found)) for found in tested]
+    return tuple(other if other.without_percent < found.with_percent else found for found, other in both)
+
+
+def _behind_curve(stretches: Sequence[Stretch]) -> list[Stretch]:
+    """The same with what the best rising, or falling, curve makes of the input in its place."""
+    x, y = (np.concatenate([values[s.counts] for s, values in pairs]) for pairs in (
+        [(s, s.x) for s in stretches], [(s, s.y) for s in stretches],
+    ))  # fmt: skip
+    order = np.argsort(x, kind="stable")
+    ends = np.linspace(0, x.size, KNOTS + 1).round().astype(int)
+    parts = [order[a:b] for a, b in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True) if b > a]
+    places, means = (np.array([float(signal[part].mean()) for part in parts]) for signal in (x, y))
+    trend = 1.0 if means[-1] >= means[0] else -1.0
+    curve = trend * np.maximum.accumulate(trend * means)
+    least = trend * FLAT * float(np.ptp(curve)) / max(float(np.ptp(places)), 1e-300)
+    return [s._replace(x=np.interp(s.x, places, curve) + least * s.x) for s in stretches]
+
+
+def _tested(stretches: Sequence[Stretch]) -> tuple[Evidence, ...]:
+    """Evidence as `evidence` describes it, of the input as it is."""
     ways: list[_Way] = []
     for turned in (stretches, [s._replace(x=s.y, y=s.x) for s in stretches]):
         blocks = _blocks(turned)

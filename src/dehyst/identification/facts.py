@@ -258,6 +258,19 @@ def drift(x: Array, residual: Array, less: Array | None = None) -> tuple[float, 
     return drift_of(sums / np.diff(begins), x[points])
 
 
+def agreed(model: tuple[float, float], curve: tuple[float, float]) -> tuple[float, float]:
+    """Change and error as a model's residual shows them, if that of a curve without memory shows half of it; else none.
+
+    A zero that wanders moves both. What a model forgets, or remembers wrongly, from some loop on is its own.
+
+    Examples
+    --------
+    >>> agreed((0.2, 0.01), (0.18, 0.03)), agreed((0.2, 0.01), (0.02, 0.03))
+    ((0.2, 0.01), (0.0, 0.0))
+    """
+    return model if model[0] * curve[0] > 0.0 and abs(curve[0]) >= 0.5 * abs(model[0]) else (0.0, 0.0)
+
+
 FEWEST_CYCLES = 4
 # Cycles are of one size if their ends scatter by less than this share of the largest.
 ALIKE = 0.05

@@ -50,7 +50,8 @@ FEWEST_PAIRS, MOST_PAIRS, PHASES = 6, 400, 64
 # A peak of the spectrum is one if it is so many times as high as what is usual, holds this share of the square, is so
 # many times as fast as the strokes, which have harmonics, and the input has less than this share of its square there.
 HIGH, PEAK_SHARE, FASTER, DRIVEN = 10.0, 0.3, 6.0, 0.01
-EDGE = 0.1  # of its height: as far as that a peak goes
+EDGE = 0.1  # of its height: as far as that a peak goes, and its end is at most so many times its beginning
+NARROW = 1.6
 MOST_SEGMENT, MOST_SEGMENTS = 1024, 64
 DIFFERENCE = np.array([1.0, -3.0, 3.0, -1.0])  # of four samples in succession, free of everything that is smooth
 
@@ -495,6 +496,8 @@ def _peak(spans: Sequence[_Span]) -> Peak | None:
         low -= 1
     while high < cycles.size - 1 and power[high + 1] > EDGE * power[top]:
         high += 1
+    if high > NARROW * low:
+        return None
     share = float(power[low : high + 1].sum() / power.sum())
     others = np.delete(power[faster], np.arange(low, high + 1) - faster[0])
     moved = float(driven[low : high + 1].sum() / max(float(driven.sum()), 1e-300))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -12,6 +12,7 @@ from dehyst.arrays import Array, Mask
 from dehyst.data.ranges import robust_range
 from dehyst.data.recording import Recording
 from dehyst.identification import facts
+from dehyst.identification.conditions import Condition, conditions, steeper, wider
 from dehyst.identification.data import DataSet, Piece, chunks, range_over
 from dehyst.identification.evidence import Evidence, evidence, rows_of, stretches_of
 from dehyst.identification.fit import InputError, Score
@@ -221,6 +222,7 @@ class Measured:
     evidence: tuple[Evidence, ...]  # Of rate and creep; empty without time stamps
     # Change of the residual from the first to the last cycle, and its standard error. [output]
     drift: tuple[float, float]
+    conditions: tuple[Condition, ...] = ()  # Of the recordings, where there are several in memory
 
     @property
     def input_error(self) -> InputError:
@@ -300,10 +302,13 @@ class InMemory:
         change = (0.0, 0.0)
         seen = fitted.mask(0, len(records[0])) | held_out.mask(0, len(records[0]))
         if np.count_nonzero(seen) > 8:
-            signals = (records[0].input, better[0], records[0].output)
-            change = facts.drift(*(signals if seen.all() else (signal[seen] for signal in signals)))
+            signals = [records[0].input, better[0], curves[0].whole, records[0].output]
+            x, model, curve, y = signals if seen.all() else [signal[seen] for signal in signals]
+            change = facts.agreed(facts.drift(x, model, y), facts.drift(x, curve, y))
         if self._tested is None:
             self._tested = _evidence(records, data, turns, self._loads)
+            if any(tested.there for tested in self._tested) and not self._loads:
+                self._tested = _of_one_condition(records, data, turns, self._tested)
         return Measured(
             recordings=records,
             predictions=outputs,
@@ -322,13 +327,34 @@ class InMemory:
             levels_apart=_levels_apart(records, outputs, fitted, held_out),
             evidence=self._tested,
             drift=change,
+            conditions=conditions(records, outputs, data.output_range),
         )
 
 
-def _evidence(
-    records: tuple[Recording, ...], data: DataSet, turns: int, loads: Sequence[Sequence[Array]]
+def _of_one_condition(
+    records: tuple[Recording, ...], data: DataSet, turns: int, tested: tuple[Evidence, ...]
 ) -> tuple[Evidence, ...]:
-    timed = [(k, record, record.time) for k, record in enumerate(records) if record.time is not None]
+    """Evidence of recordings under different conditions: what most of them do not show alone is not there.
+
+    Loops that another signal widens are followed by any term that is wide where they are.
+    """
+    found = conditions(records, None, data.output_range)
+    if not wider(found) and not steeper(found):
+        return tested
+    alone = [_evidence((record,), data, turns, (), index) for index, record in enumerate(records)]
+    judged = []
+    for group in tested:
+        own = [each for row in alone for each in row if each.group == group.group]
+        shown = sum(each.there for each in own)
+        judged.append(group if 2 * shown > len(own) else replace(group, with_percent=group.without_percent))
+    return tuple(judged)
+
+
+def _evidence(
+    records: tuple[Recording, ...], data: DataSet, turns: int, loads: Sequence[Sequence[Array]], first: int = 0
+) -> tuple[Evidence, ...]:
+    """Evidence of recordings that stand in the data from number `first` on."""
+    timed = [(first + k, record, record.time) for k, record in enumerate(records) if record.time is not None]
     found = []
     for (k, record, time), rows in zip(timed, rows_of([len(record) for _, record, _ in timed], turns), strict=True):
         signals = [time, record.input, record.output, *(loads[k] if loads else ())]

@@ -195,7 +195,8 @@ def _few_loops(table: Table, x_name: str, x: Array) -> list[Finding]:
     turns = int(np.sum(summarise_loops(x, smallest).swings > smallest)) - 1
     if turns >= 2:
         return []
-    what = "never turns: it moves one way only" if turns <= 0 else "turns only once: there is a single loop"
+    once = f"turns only once by more than {100 * LOOP_SHARE:g} % of its range: there is one such loop"
+    what = "never turns: it moves one way only" if turns <= 0 else once
     cure = (
         "Hysteresis cannot be seen without a way back: log at least one full loop, better two."
         if turns <= 0

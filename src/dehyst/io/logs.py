@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from dehyst.arrays import Array
+from dehyst.arrays import Array, Rows
 from dehyst.data.recording import Recording
 from dehyst.errors import ColumnError
 from dehyst.findings import Finding
@@ -314,4 +314,22 @@ def _origin(
     window = [
         bound if bound is not None and math.isfinite(bound) else None for bound in (start, stop)
     ]  # JSON has no inf
-    return provenance(table, columns, run, window, (int(rows.size), int(rows.min()), int(rows.max())))
+    found = provenance(table, columns, run, window, (int(rows.size), int(rows.min()), int(rows.max())))
+    stills = _stills(table, rows, set(columns.values()))
+    return found | ({"stills": stills} if stills else {})
+
+
+MOST_STILLS = 20  # columns of one value that are kept: a log of a thousand channels has too many to look at
+
+
+def _stills(table: Table, rows: Rows, used: set[str | None]) -> dict[str, float]:
+    """Columns that stand still within a recording, which may be another condition in the next."""
+    stills: dict[str, float] = {}
+    within = (table.rows >= rows.min()) & (table.rows <= rows.max())
+    for name, values in table.columns.items():
+        if name in used or values.size != table.rows.size or len(stills) == MOST_STILLS:
+            continue
+        part = values[within]
+        if part.size and math.isfinite(float(part[0])) and bool((part == part[0]).all()):
+            stills[name] = float(part[0])
+    return stills

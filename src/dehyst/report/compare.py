@@ -111,12 +111,12 @@ def _beside(found: Comparison) -> FamilyFit:
     """What is drawn beside the best one: what identify chooses, or the next one if that is the best."""
     if found.chosen.family != found.auto.family:
         return found.auto_entry
-    others = [entry for entry in found.entries[1:] if entry.model is not None]
+    others = [entry for entry in found.rows[1:] if entry.model is not None]
     return others[0] if others else found.chosen
 
 
 def _errors(found: Comparison) -> Panel:
-    shown = [entry for entry in found.entries if entry.model is not None]
+    shown = [entry for entry in found.rows if entry.model is not None]
     error = np.array([entry.error_percent for entry in shown])
     edge = min(float(error.max()), max(CUT * float(error.min()), 1e-12)) or 1.0
     rows = [
@@ -187,7 +187,7 @@ def _table(found: Comparison) -> Table:
             entry.start,
             "" if entry.seed is None else str(entry.seed),
         )
-        for entry in found.entries
+        for entry in found.rows
         if entry.model is not None
     )
     note = "* within noise of the best. Percent of the output's range, for the inverse of the input's."

@@ -13,7 +13,7 @@ from dehyst.data.loops import TURN_FRACTION
 from dehyst.data.ranges import robust_range
 from dehyst.identification.data import DataSet, Piece, chunks
 from dehyst.identification.evidence import Evidence, evidence, rows_of, stretches_of
-from dehyst.identification.facts import drift_of
+from dehyst.identification.facts import agreed, drift_of
 from dehyst.identification.fit import Score
 from dehyst.identification.regressors import Bank, started
 from dehyst.identification.scores import Measure, Measured, Moments, input_error_of, score_of
@@ -252,7 +252,7 @@ class _Comparison:
             beyond=0.5 * max(0.0, beyond),
             levels_apart=max(levels) - min(levels) if len(levels) > 1 else 0.0,
             evidence=self._evidence(),
-            drift=self.cycles.drift(better) if self.logs[0].samples > 8 else (0.0, 0.0),
+            drift=agreed(self.cycles.drift(better), self.cycles.drift(1)) if self.logs[0].samples > 8 else (0.0, 0.0),
         )
 
     def _evidence(self) -> tuple[Evidence, ...]:
