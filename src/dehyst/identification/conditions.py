@@ -18,8 +18,10 @@ FEWEST = 3  # samples of either branch in a cell, and cells that all have
 NARROW = 0.01  # of the output's range: a model with a narrower loop does not say how wide one should be
 # A width is another one if it is so many times another's, beyond what the motion makes of it, and by this share of the
 # output's range; a gain likewise. What sizes and speeds make of equal loops stays below (tests/peculiar_logs.py).
-WIDER, WIDTH_APART = 1.35, 0.015
-STEEPER, GAIN_APART = 1.08, 0.03
+WIDER = 1.35
+WIDTH_APART = 0.015
+STEEPER = 1.08
+GAIN_APART = 0.03
 SPEEDS = 1.5  # times as fast: a wider loop may be the rate's
 RADII = np.array([0.05, 0.12, 0.25, 0.4])  # of an operator that stands for a model without a loop, share of the range
 

@@ -49,7 +49,10 @@ SAME_PLACE, SAME_TIME = 0.02, 0.05
 FEWEST_PAIRS, MOST_PAIRS, PHASES = 6, 400, 64
 # A peak of the spectrum is one if it is so many times as high as what is usual, holds this share of the square, is so
 # many times as fast as the strokes, which have harmonics, and the input has less than this share of its square there.
-HIGH, PEAK_SHARE, FASTER, DRIVEN = 10.0, 0.3, 6.0, 0.01
+HIGH = 10.0
+PEAK_SHARE = 0.3
+FASTER = 6.0
+DRIVEN = 0.01
 EDGE = 0.1  # of its height: as far as that a peak goes, and its end is at most so many times its beginning
 NARROW = 1.6
 MOST_SEGMENT, MOST_SEGMENTS = 1024, 64
