@@ -14,6 +14,7 @@ import scipy.io
 from scipy.io import savemat
 
 from dehyst.errors import DehystError, LogError, MissingExtraError, TimeError
+from dehyst.io.chunks import open_chunks
 from dehyst.io.formats import read_table
 from dehyst.io.logs import read_log, read_signal
 from effort import no_hang
@@ -415,3 +416,24 @@ def test_an_index_is_answered_with_the_column_that_it_means(tmp_path, wanted):
     savemat(tmp_path / "log.mat", {"t": T, "sensor": np.outer(X, np.arange(1, 9))})
     with pytest.raises(DehystError, match="did you mean 'sensor_7'"):
         read_log(tmp_path / "log.mat", "sensor_1", wanted)
+
+
+@pytest.mark.parametrize("form", ["parquet", "feather"])
+def test_units_in_the_metadata_of_arrow_fields_are_those_of_the_columns(tmp_path, form):
+    pyarrow = pytest.importorskip("pyarrow")
+    pytest.importorskip("polars", reason="the extra dehyst[parquet] is not installed")
+    from pyarrow import feather, parquet
+
+    columns = (("t", T * 1000.0, {"unit": "ms"}), ("p", X, {"Units": "Bar", "sensor": "a"}), ("phi_deg", Y, {}))
+    schema = pyarrow.schema([pyarrow.field(name, pyarrow.float64(), metadata=told) for name, _, told in columns])
+    table = pyarrow.table([values for _, values, _ in columns], schema=schema)
+    if form == "parquet":
+        parquet.write_table(table, tmp_path / "log.parquet")
+    else:
+        feather.write_feather(table, tmp_path / "log.feather")
+    rec = read_log(tmp_path / f"log.{form}", "p", "phi")
+    check(rec)
+    assert (rec.input_unit, rec.output_unit) == ("bar", "deg")
+    chunks = open_chunks(tmp_path / f"log.{form}", "p", "phi")
+    assert chunks.input_unit == "bar"
+    np.testing.assert_allclose(np.concatenate([time for time, _, _ in chunks]), T, atol=1e-9)
