@@ -138,7 +138,7 @@ def _branches(record: Recording, y: Array, edges: Array) -> Array:
 def _loops(branches: Sequence[Array]) -> _Loops | None:
     """Compare over the cells that all have; the mean loop says which way round it goes in each."""
     both = np.array(branches)
-    there = np.isfinite(both).all(axis=(0, 1))
+    there = np.isfinite(both).all(axis=0).all(axis=0)
     if np.count_nonzero(there) < FEWEST:
         return None
     falling, rising = both[:, 0][:, there], both[:, 1][:, there]
