@@ -739,7 +739,7 @@ MODULES = (
     "identification/plays identification/procedure identification/refine identification/regressors "
     "identification/conditions identification/residual identification/scores identification/selection identification/settings identification/shear "
     "identification/short_signal identification/split identification/static_curve identification/tracking io/cells "
-    "io/checks io/clean io/clocks io/columns io/delimited io/heading io/layout io/lines io/logs io/no_table io/order "
+    "io/checks io/clean io/clocks io/columns io/dates io/delimited io/heading io/layout io/lines io/logs io/no_table io/order "
     "io/pairs io/plain io/rewrite io/select io/table io/time_units io/text "
     "io/inspect models/arrays models/base models/card models/model models/monotone models/prandtl_ishlinskii "
     "models/machine models/unknown models/offset models/parameters models/storage files version "

@@ -22,11 +22,12 @@ from dehyst.io.clocks import (
     choose_clock,
     counting,
     in_seconds,
+    newest_first,
     require_unit,
     seconds,
     two_columns,
     unit_finding,
-    with_time_unit,
+    with_clock,
 )
 from dehyst.io.collect import Piece, Source
 from dehyst.io.columns import MAX_NUMBERED_RUNS, numbered_labels, provenance, run_column, select_run
@@ -89,7 +90,7 @@ def open_chunks(
     ([30, 30, 30, 10], 'bar', True)
     """
     source = open_source(path)
-    table = with_time_unit(source.table, time_unit, time)
+    table = with_clock(source.table, time_unit, time)
     x_name, y_name = two_columns(table, input, output)
     for name in (x_name, y_name):
         if name in table.refused:
@@ -110,14 +111,33 @@ def _clock(source: Source, table: Table, x_name: str, y_name: str, time: str | N
         table = replace(table, columns=kept, order=tuple(name for name in table.order if name not in others))
         clocks = [choose_clock(table, name, time) for name in (x_name, y_name)]
         if clocks[0] == clocks[1]:
-            if clocks[0]:
-                require_unit(table, clocks[0])
+            _require_clock(source, table, clocks[0])
             return clocks[0]
     raise TimeError(
         f"'{x_name}' and '{y_name}' of {table.name} are on two clocks, which cannot be merged in chunks. Name one "
         f"clock with --time if it is that of both, or read the log at once, with dehyst.read_log.",
         columns=(x_name, y_name),
     )
+
+
+def _require_clock(source: Source, table: Table, clock: str | None) -> None:
+    """Refuse a clock that cannot be read row by row."""
+    if clock is None:
+        return
+    require_unit(table, clock)
+    joined = table.columns[clock] is not source.table.columns.get(clock)
+    backward = newest_first(table.columns[clock])
+    if joined or backward:
+        why = (
+            "has its date and its time in two columns, or days that it does not name"
+            if joined
+            else "is written newest row first"
+        )
+        raise TimeError(
+            f"{table.name} {why}, which is mended only where all of it is read at once: --no-stream, or in Python "
+            f"dehyst.read_log.",
+            column=clock,
+        )
 
 
 class ChunkedLog:

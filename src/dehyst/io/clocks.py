@@ -12,6 +12,7 @@ from dehyst.arrays import Array
 from dehyst.errors import ColumnError, TimeError, UnitError
 from dehyst.findings import Finding
 from dehyst.io.columns import find_column
+from dehyst.io.dates import is_dates, join_dates
 from dehyst.io.table import Table, finite, list_names, measured
 from dehyst.io.time_units import DAY, of_clock, seconds_of, unit_in_name
 from dehyst.units import DIMENSION, parse_unit, words
@@ -87,8 +88,14 @@ def clock_names(table: Table) -> list[str]:
     return list(_FOUND[table])
 
 
+def _many_a_day(table: Table, name: str) -> bool:
+    """Whether a column of dates alone does not tell most of its rows apart."""
+    good = measured(table.columns[name]) if name in table.stamps else np.zeros(0)
+    return is_dates(good) and bool(2 * np.count_nonzero(np.diff(good)) < good.size)
+
+
 def _find_clocks(table: Table) -> list[str]:
-    names = [name for name in table.order if name in table.columns]
+    names = [name for name in table.order if name in table.columns and not _many_a_day(table, name)]
     return (
         [name for name in names if is_clock(table, name)]
         or [name for name in names if PLAIN_WORDS & set(words(parse_unit(name)[0])) and _moves(table, name)]
@@ -226,7 +233,13 @@ def _is_round(step: float) -> bool:
 
 
 def require_unit(table: Table, name: str) -> None:
-    """Refuse a time column in a unit that is none of time, or whose numbers may be days and seconds."""
+    """Refuse a time column in a unit that is none of time, of dates alone, or whose numbers may be days and seconds."""
+    if _many_a_day(table, name):
+        raise TimeError(
+            f"time column '{name}' of {table.name} holds dates without a time of day, and several rows a day: how far "
+            f"these are apart, it does not tell. Name the column with the time of day, or leave --time out.",
+            column=name,
+        )
     if name in table.stamps:
         return
     unit = unit_of_clock(table, name)
@@ -299,6 +312,11 @@ def choose_clock(table: Table, column: str, wanted: str | None) -> str | None:
         f"Nothing tells which one belongs to '{column}'. Name it: --time {first}",
         columns=tuple(candidates),
     )
+
+
+def with_clock(table: Table, unit: str | float | None, time: str | None) -> Table:
+    """Table whose dates and times of day are joined, and whose clock counts in `unit`, where one is named."""
+    return with_time_unit(join_dates(table), unit, time)
 
 
 def with_time_unit(table: Table, unit: str | float | None, time: str | None) -> Table:

@@ -19,7 +19,7 @@ from dehyst.data.loops import gap_limit, turning_points
 from dehyst.errors import DehystError, TimeError
 from dehyst.findings import Finding
 from dehyst.io.checks import is_constant
-from dehyst.io.clocks import choose_clock, clock_names, newest_first, seconds, unit_finding, with_time_unit
+from dehyst.io.clocks import choose_clock, clock_names, newest_first, seconds, unit_finding, with_clock
 from dehyst.io.columns import count_runs, select_run
 from dehyst.io.formats import PathLike, read_table
 from dehyst.io.frames import is_frame
@@ -175,7 +175,7 @@ def inspect_log(
     >>> summary.input, summary.output, summary.columns[1].loops
     ('pressure_bar', 'angle_deg', 4)
     """
-    table = with_time_unit(read_table(path, sheet), time_unit, None)
+    table = with_clock(read_table(path, sheet), time_unit, None)
     runs = count_runs(table)
     chosen, mask = select_run(table, run if run is not None or not runs else next(iter(runs)))
     rows = {name: v[mask] if v.size == mask.size else v for name, v in table.columns.items()}

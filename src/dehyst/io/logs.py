@@ -12,7 +12,7 @@ from dehyst.data.recording import Recording
 from dehyst.errors import ColumnError
 from dehyst.findings import Finding
 from dehyst.io.clean import Samples, drop_unmeasured, find_gaps
-from dehyst.io.clocks import choose_clock, refuse_clock, two_columns, with_time_unit
+from dehyst.io.clocks import choose_clock, refuse_clock, two_columns, with_clock
 from dehyst.io.columns import find_column, provenance
 from dehyst.io.formats import PathLike, read_table
 from dehyst.io.order import order_time
@@ -149,7 +149,7 @@ def read_log(
     >>> len(rec), rec.input_label, rec.output_unit
     (20, 'pressure [bar]', 'deg')
     """
-    table = with_time_unit(read_table(path, sheet), time_unit, time)
+    table = with_clock(read_table(path, sheet), time_unit, time)
     window = parse_window(start, stop)
     x_name, y_name = two_columns(table, input, output)
     about = context(table, (x_name, y_name))
@@ -206,7 +206,7 @@ def read_signal(
     >>> read_signal(log, "angle").values.tolist()
     [1.0, 2.0, 3.0, 2.0]
     """
-    table = with_time_unit(read_table(path, sheet), time_unit, time)
+    table = with_clock(read_table(path, sheet), time_unit, time)
     window = parse_window(start, stop)
     name = find_column(table, column, "signal")
     refuse_clock(table, name, "signal")
@@ -256,7 +256,7 @@ def read_columns(
     >>> found.values["length"].tolist(), found.units["force"], found.findings[0].code
     ([300.0, 280.0], 'N', 'non-finite')
     """
-    table = with_time_unit(read_table(path, sheet), time_unit, time)
+    table = with_clock(read_table(path, sheet), time_unit, time)
     window = parse_window(start, stop)
     names = {role: find_column(table, wanted, role) for role, wanted in columns.items()}
     _refuse_columns(table, names)

@@ -40,6 +40,14 @@ def order_time(samples: Samples, about: Context, jumps: Jumps | None = None) -> 
     samples = _spread_repeated(samples, about)
     time = _stamps(samples)
     restarts = np.flatnonzero(np.diff(time) < 0) + 1
+    still = np.flatnonzero(np.diff(time) == 0) + 1
+    if still.size:
+        raise TimeError(
+            f"{still.size} of {time.size} rows of {about.log} have the time stamp of the row before them, and nothing "
+            f"tells how far they are apart, first at {list_rows(samples.rows[still], about.word)}. Name another time "
+            f"column with --time, or say how many seconds lie between two rows: --dt 0.01",
+            rows=samples.rows[still],
+        )
     if restarts.size == 0:
         return samples
     if restarts.size > MAX_RESTARTS and restarts.size > 0.01 * time.size:
