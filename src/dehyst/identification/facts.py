@@ -172,7 +172,8 @@ def widest(found: tuple[Branches, ...]) -> float:
     sides = [[way for way in side if way.span >= large] for side in both]
     low = max(min(float(np.min(way.x)) for way in side) for side in sides)
     high = min(max(float(np.max(way.x)) for way in side) for side in sides)
-    edges = np.linspace(low, high, BINS + 1)
+    ends = 0.05 * (high - low)  # cells at the ends are not full
+    edges = np.linspace(low + ends, high - ends, BINS + 1)
     means = []
     for side in sides:
         cells = np.digitize(np.concatenate([way.x for way in side]), edges) - 1
