@@ -539,7 +539,7 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         "creep-beyond-rests": (
             "Held at rest for as long as the log, the model creeps on by more than {BEYOND_RESTS} % of range after the "
             "longest time between two turns of the log, which confirms nothing of it.",
-            "Log a rest as long as the ones in use: `dehyst design` plans holds.",
+            "Log a rest as long as the ones in use: `dehyst design --hold` plans one.",
         ),
         "creep-no-gain": (
             "Creep was asked for, but does not lower the error on held-out blocks.",
@@ -628,6 +628,13 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Operators of weight zero are about to be exported: they cost memory and time on the target and change "
             "nothing.",
             "Add `--prune`, which is exact.",
+        ),
+        "step-exceeds-period": (
+            "A step of the exported unit takes longer than its period on a processor, at the clock of a usual chip "
+            "(STM32F405 168 MHz for Cortex-M4F, STM32H743 480 MHz for Cortex-M7) and one instruction a cycle, in a "
+            "usual step or in the slowest one. A step that is late answers an old sample.",
+            "The message says whether `--real float` keeps the period, else which `--period` is kept; a family with "
+            "fewer terms is cheaper too.",
         ),
         "coarse-float": (
             "An export with `--real float` whose input or output lies so far from zero that neighbouring floats are "

@@ -26,6 +26,7 @@ from dehyst.units import canonical, convert, dimension
 ANGLE = "deg"  # of a joint, if nothing else is said
 WHY = 34  # letters left for the last column of the table at least
 BAR = 1e5
+USUAL_LIMIT = 600.0  # seconds, where no limit is typed
 IDENTIFICATION, DRIFT = "identification", "drift"
 MOTIONS = {IDENTIFICATION: design_excitation, DRIFT: design_drift_motion}
 
@@ -65,6 +66,11 @@ def _refuse_bad_request(request: DesignRequest) -> None:
         raise ParameterError(
             f"--for {request.purpose} names no purpose. Type --for identification (as without it), or --for drift."
         )
+    if request.hold is not None and (request.purpose == DRIFT or request.joint is not None):
+        raise ParameterError(
+            "--hold is for the identification of a rig (--range): cycles for drift, and joints of the robot, have "
+            "rests of their own. Leave it out."
+        )
     if request.joint is None and request.range is None:
         raise ParameterError(
             "nothing says what is moved. Type --range LO HI --unit UNIT for a rig of your own, e.g. "
@@ -85,10 +91,21 @@ def _refuse_bad_request(request: DesignRequest) -> None:
 def _designed_range(request: DesignRequest) -> _Designed:
     assert request.range is not None
     unit = request.unit or ""
-    plan = MOTIONS[request.purpose](
-        *request.range, rate=request.rate, acceleration=request.acceleration, time_limit=request.time_limit,
-        period=request.period, unit=canonical(unit) or unit,
-    )  # fmt: skip
+    more = {} if request.hold is None else {"hold": request.hold}
+
+    def within(time_limit: float) -> ExcitationPlan:
+        assert request.range is not None
+        return MOTIONS[request.purpose](
+            *request.range, rate=request.rate, acceleration=request.acceleration, time_limit=time_limit,
+            period=request.period, unit=canonical(unit) or unit, **more,
+        )  # fmt: skip
+
+    try:
+        plan = within(USUAL_LIMIT if request.time_limit is None else request.time_limit)
+    except ParameterError as fault:  # a rest that was asked for takes the time that it takes
+        if request.hold is None or request.time_limit is not None or "needed" not in fault.facts:
+            raise
+        plan = within(float(fault.facts["needed"]))
     return _Designed(plan, f"{plan.low:zg} to {plan.high:zg} {plan.unit}".strip(), {}, {})
 
 
@@ -108,9 +125,10 @@ def _designed_joint(request: DesignRequest) -> _Designed:
         return None if value is None else float(convert(value, unit, "rad"))
 
     low, high = (None, None) if request.range is None else request.range
+    limit = USUAL_LIMIT if request.time_limit is None else request.time_limit
     found = design_joint(
         load_robot(request.robot), request.joint, low=si(low), high=si(high), rate=si(request.rate),
-        acceleration=si(request.acceleration), time_limit=request.time_limit, period=request.period, unit=unit,
+        acceleration=si(request.acceleration), time_limit=limit, period=request.period, unit=unit,
         motion=MOTIONS[request.purpose],
     )  # fmt: skip
     needs = {

@@ -8,6 +8,7 @@ from typing import Any
 from rich.table import Column
 from rich.text import Text
 
+from dehyst.app.design import USUAL_LIMIT
 from dehyst.app.ending import Status, concluding
 from dehyst.app.logs import Read, recordings_of, signals_of, verdict_findings
 from dehyst.app.requests import DesignRequest, DriftRequest
@@ -140,7 +141,7 @@ def _motion(found: Drift) -> str:
             motion["low"], motion["high"], rate=motion["rate"], time_limit=math.inf, period=motion["period_s"] / SAMPLES
         )
         options["rate"] = f"{motion['rate']:.3g}"
-        if plan.duration > usual.time_limit:
+        if plan.duration > USUAL_LIMIT:
             options["time_limit"] = f"{1.01 * plan.duration:.0f}"
         if plan.period < usual.period:
             options["period"] = f"{plan.period:.2g}"

@@ -16,6 +16,7 @@ from dehyst.control import load_adaptation, load_controller, load_partner
 from dehyst.control.storage import about
 from dehyst.errors import ModelFileError, ParameterError
 from dehyst.export import Written, export, joint_subject, st, subject_of
+from dehyst.export.budget import CLOCKS, budget
 from dehyst.export.folder import refuse_folder
 from dehyst.export.joint import unit_findings
 from dehyst.export.joint_run import OUTPUTS, REFERENCE, SENSORS
@@ -60,7 +61,7 @@ def run_export(request: ExportRequest) -> None:
         subject, more = _subject(model, request, real)
         if request.name is not None and request.target == "st":
             st.check_own_name(subject)
-        more += [*coarse(subject), *stalled(subject), *slow(model, subject)]
+        more += [*coarse(subject), *stalled(subject), *slow(model, subject), *late(subject, request)]
         written = export(subject, request.target, request.out, request.overwrite)
     findings += more
     if request.json:
@@ -207,11 +208,24 @@ def _print(written: Written, subject: Subject, request: ExportRequest) -> None:
         f"{subject.real} precision, {named}",
         *_interface(subject),
         *written.budget.lines(),
+        *_shares(subject),
         _check_line(subject),
         f"wrote {len(written.files)} files, {written.size / 1e3:.0f} kB: {written.folder}",
     )
     for line in lines:
         terminal().print(line, soft_wrap=True)
+
+
+def _shares(subject: Subject) -> list[str]:
+    """How much of its period a step takes on each processor with a clock."""
+    period = subject.period
+    if period is None:
+        return []
+    shares = ", ".join(
+        f"{name} at {CLOCKS[name] / 1e6:.0f} MHz {100 * usual / period:.2g} %, {100 * most / period:.2g} % at most"
+        for name, (usual, most) in budget(subject).seconds().items()
+    )
+    return [f"of the period, at one instruction a cycle: {shares}"] if shares else []
 
 
 def _interface(subject: Subject) -> list[str]:
@@ -264,6 +278,32 @@ def slow(model: Model, subject: Subject) -> Iterator[Finding]:
     """Say that the unit runs so seldom that what the model knows of time is lost."""
     if subject.period is not None and (slow := model.too_slow(subject.period)):
         yield Finding("long-period", slow)
+
+
+def late(subject: Subject, request: ExportRequest) -> Iterator[Finding]:
+    """Say on which processors a step takes longer than the period, and what would help."""
+    period = subject.period
+    if period is None:
+        return
+    times = budget(subject).seconds()
+    over = {name: both for name, both in times.items() if max(both) > period}
+    if not over:
+        return
+    said = "; ".join(
+        f"a {name} at {CLOCKS[name] / 1e6:.0f} MHz takes {usual:.2g} s a step and {most:.2g} s at most"
+        for name, (usual, most) in over.items()
+    )
+    needed = float(f"{1.05 * max(most for _, most in over.values()):.2g}")
+    cure = f"Call it more seldom (--period {needed:g})"
+    if subject.real != "float":
+        single = budget(replace(subject, real="float")).seconds()
+        if all(max(single[name]) <= period for name in over):
+            cure = "Export it with --real float, which keeps the period on all of them"
+    yield Finding(
+        "step-exceeds-period",
+        f"the unit is to run every {period:g} s, and {said}, at one instruction a cycle: a step that is late answers a "
+        f"sample that is old. {cure}; or identify a family with fewer terms, or take a faster processor.",
+    )
 
 
 def cost(model: Model, request: ExportRequest) -> Iterator[Finding]:

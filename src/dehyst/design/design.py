@@ -65,6 +65,7 @@ def design_excitation(
     time_limit: float = 600.0,
     period: float = 0.02,
     time_constants: Sequence[float] = TIME_CONSTANTS,
+    hold: float | None = None,
     unit: str = "",
 ) -> ExcitationPlan:
     """Return the motion to run for an identification of hysteresis, creep and rate dependence.
@@ -83,6 +84,9 @@ def design_excitation(
         Of the samples. [s]
     time_constants
         Of the creep that shall be told apart, (m,). [s]
+    hold
+        Length of the longest rest, at least; None: as long as the time allows, no longer than the longest time
+        constant. [s]
     unit
         Of the range, for labels.
 
@@ -111,9 +115,14 @@ def design_excitation(
     check_period(period)
     share = limits.shares(0.5 * (high - low))
     home = home_section(share)
-    found = list(candidates(home, share, time_limit, max(taus)))
+    longest = max(taus) if hold is None else max(_positive_hold(hold), max(taus))
+    found = list(candidates(home, share, time_limit, longest))
     if not found:
         _refuse_time(home, share, time_limit, limits, unit)
+    if hold is not None:
+        found = [plan for plan in found if max(max(section.hold_s) for section in plan) >= hold]
+        if not found:
+            _refuse_hold(home, share, time_limit, hold)
     looked = [(plan, separable_by(_between(plan), taus)) for plan in found]
     best = max(figure.smallest for _, figure in looked)
     sections, figure = min(
@@ -189,6 +198,24 @@ def _time_constants(values: Sequence[float]) -> tuple[float, ...]:
     if not taus or not all(math.isfinite(tau) and tau > 0 for tau in taus):
         raise ParameterError(f"time constants {taus} of creep: pass one or more positive numbers of seconds.")
     return taus
+
+
+def _positive_hold(hold: float) -> float:
+    if not (math.isfinite(hold) and hold > 0.0):
+        raise ParameterError(f"hold = {hold:g} s: pass how long to rest, a positive number of seconds.", hold=hold)
+    return hold
+
+
+def _refuse_hold(home: Section, limits: Limits, time_limit: float, hold: float) -> None:
+    before, after = frame(home, limits, LEVELS[0], REACHES[0])
+    rests = 2.0 * holds_section(COUNTS[0], max(hold, HOLD_RATIO * SHORTEST_HOLD_S), limits).duration
+    need = math.ceil(1.01 * (sum(section.duration for section in (*before, *after)) + rests))
+    raise ParameterError(
+        f"a time limit of {time_limit:g} s leaves no rest of {hold:g} s to either side beside the loops. Allow {need} "
+        f"s (--time-limit {need}), a shorter rest, or a higher rate.",
+        time_limit=time_limit,
+        needed=float(need),
+    )
 
 
 def _refuse_time(home: Section, limits: Limits, time_limit: float, asked: Limits, unit: str) -> None:

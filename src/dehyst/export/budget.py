@@ -13,6 +13,8 @@ from dehyst.export.numbers import Map
 from dehyst.export.precision import BYTES
 from dehyst.export.subject import Subject
 
+# Clock in Hz of a usual chip with the core, by its data sheet: STM32F405, STM32H743. At best one instruction a cycle.
+CLOCKS = {"cortex-m4f": 168e6, "cortex-m7": 480e6}
 _MEASURED = Path(__file__).resolve().parent / "instructions.json"  # written by benchmarks
 
 
@@ -46,6 +48,14 @@ class Budget:
             "state_bytes": self.state_bytes,
             "image_bytes": self.image_bytes,
             "instructions": {name: dict(values) for name, values in self.instructions.items()},
+        }
+
+    def seconds(self) -> dict[str, tuple[float, float]]:
+        """Target -> time of a step, typical and at most, at its clock in `CLOCKS` and one instruction a cycle."""
+        return {
+            name: (values["typical"] / CLOCKS[name], values["most"] / CLOCKS[name])
+            for name, values in self.instructions.items()
+            if name in CLOCKS
         }
 
     def lines(self) -> list[str]:
