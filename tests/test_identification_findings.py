@@ -178,7 +178,9 @@ def test_every_code_that_identification_can_give_is_tested():
         "output-early",
         "plays-only",
         "spectral-peak",
-    }  # tested in test_lateness.py, test_choice_told.py, test_causes.py
+        "output-unrelated",
+        "held-out-worse",
+    }  # tested in test_lateness.py, test_choice_told.py, test_causes.py, test_least_is_known.py
 
 
 def test_a_test_of_a_few_samples_makes_no_model_good():

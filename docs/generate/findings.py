@@ -435,6 +435,18 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Raise --eps, and see the other warnings for the reason: a loop that is flat right after its reversals, or "
             "a log that is not of one actuator.",
         ),
+        "output-unrelated": (
+            "On held-out samples even the mean of the output is nearer to it than the model and the best curve without "
+            "hysteresis, and on the fitted ones the model leaves more than {UNRELATED:%} of the output's deviation: "
+            "the output does not follow this input.",
+            "Name another column (`dehyst inspect LOG`), or log what else drives the actuator.",
+        ),
+        "held-out-worse": (
+            "The model misses the held-out samples by more than {WORSE} times its error on the fitted ones, and more "
+            "than {WORSE_PERCENT} % of the output's range, within the fitted range of the input.",
+            "Look at the residual in the report. If both parts are like the use, fit all of it (`--train-fraction 1`) "
+            "and test on another log.",
+        ),
         "poor-fit": (
             "The model misses by more than {POOR_PERCENT} % of the output's range.",
             "See the other warnings for the reason. Do not compensate with it.",

@@ -41,6 +41,12 @@ INVERSE_MISSES = 25.0
 LEVELS_APART = 0.05
 # Of a peak of the residual's spectrum, percent of range: as little as that is rounding of a converter.
 PEAK_SIZE = 0.1
+# The output does not follow the input: held out, even its mean is nearer than model and curve, and of the fitted
+# samples the model leaves more than this share of the deviation.
+UNRELATED = 0.3
+# Held-out samples that are missed by more than so many times the error of the fitted ones, and this percent of range.
+WORSE = 5.0
+WORSE_PERCENT = 1.0
 # Held-out samples whose input covers less than this share of the fitted range hold no loops.
 SMALL_TEST = 0.1
 
@@ -195,6 +201,7 @@ def about_fit(
                 f"the {held_out.size} samples held out cover {100 * covered:.2g} % of the input's range: no loop, so "
                 f"the error on them says little. Log more, without gaps, or fit a smaller part (--train-fraction).",
             )
+    yield from _held_out(measured)
     yield from _recordings_differ(data, measured, knows, leads)
     peak = spectral_peak(records, measured.predictions, measured.test_masks if measured.test else measured.train_masks)
     judged = (measured.test or measured.train).rmse_percent
@@ -246,7 +253,7 @@ def about_fit(
     if percent > POOR_PERCENT:
         yield Finding(
             "poor-fit",
-            f"the model misses by {percent:.1f} % of the output's range: too much for compensation. See the other "
+            f"the model misses by {of_range(percent)} the output's range: too much for compensation. See the other "
             f"warnings for the reason.",
         )
     if measured.test is None and asked_test:
@@ -303,6 +310,40 @@ def _option(name: str) -> str:
     if kind in ("force", "torque") or mass_unit(name, unit):
         return f"--load {name}"
     return f"--mean-pressure {name}" if kind == "pressure" else ""
+
+
+def _held_out(measured: Measured) -> Iterator[Finding]:
+    """What the held-out samples show that the fitted ones did not."""
+    test, static, train = measured.test, measured.static_test, measured.train
+    if test is None or static is None:
+        return
+    if unrelated(measured):
+        mean = test.rmse_percent / test.nrmse
+        yield Finding(
+            "output-unrelated",
+            f"the output does not follow this input: on held-out samples the model misses by "
+            f"{of_range(test.rmse_percent)} the output's range, the best curve without hysteresis by "
+            f"{of_range(static.rmse_percent)} it, and the mean of these samples by {of_range(mean)} it only. It is "
+            f"another column, or something else moves it: look at the log (dehyst inspect LOG), and log what else "
+            f"drives the actuator.",
+        )
+    elif test.rmse > WORSE * train.rmse and test.rmse_percent > WORSE_PERCENT and measured.beyond <= BEYOND:
+        yield Finding(
+            "held-out-worse",
+            f"the model misses the held-out samples by {of_range(test.rmse_percent)} the output's range, "
+            f"{test.rmse / train.rmse:.2g} times as much as the fitted ones ({of_range(train.rmse_percent)} it): what "
+            f"was held out is not like what was fitted, in gain, offset, speed or load, or the model knows the fitted "
+            f"loops by heart. Look at the residual in the report; if both parts are like the use, fit all of it "
+            f"(--train-fraction 1) and test on another log.",
+        )
+
+
+def unrelated(measured: Measured) -> bool:
+    """Whether the output does not follow the input on held-out samples, and hardly on the fitted ones."""
+    test, static = measured.test, measured.static_test
+    if test is None or static is None:
+        return False
+    return min(test.nrmse, static.nrmse) > 1.0 and measured.train.nrmse > UNRELATED
 
 
 def _levels(data: DataSet, start: str) -> Iterator[Finding]:

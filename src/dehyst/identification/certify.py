@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from dehyst.arrays import rank
 from dehyst.findings import Finding
 from dehyst.identification import facts
-from dehyst.identification.cautions import Knows, about_data, about_fit, no_hysteresis, of_range
+from dehyst.identification.cautions import Knows, about_data, about_fit, no_hysteresis, of_range, unrelated
 from dehyst.identification.data import DataSet, range_over
 from dehyst.identification.families import STATIC, Estimate, build_model
 from dehyst.identification.fit import Candidate, Certificate, Fit, LoopFacts, Refitting, Score, size_of
@@ -38,11 +38,20 @@ SERIOUS = {
     "forward-better",
     "schedule-once",
 }
+DRIFTS = {"drift", "two-actuators"}
 FEW_LOOPS = {"few-loops", "never-turns"}
 # And those that forbid compensation.
-UNUSABLE = {"poor-fit", "static-as-good", "inverse-misses", "never-turns", "inverse-useless", "two-actuators"}
+UNUSABLE = {
+    "output-unrelated",
+    "poor-fit",
+    "static-as-good",
+    "inverse-misses",
+    "never-turns",
+    "inverse-useless",
+    "two-actuators",
+}
 # Of these: whatever the inverse misses of this log, on the next motion it does harm.
-HARMFUL = {"never-turns", "inverse-useless", "two-actuators"}
+HARMFUL = {"output-unrelated", "never-turns", "inverse-useless", "two-actuators"}
 
 
 def _examine(
@@ -70,6 +79,8 @@ def _examine(
             data, measured, certificate, _is_papers(settings), held_out, knows, turns, seen.loop.name == "clockwise"
         ),
     ]
+    if unrelated(measured):  # then what looks like another actuator, or like drift, is what moves the output
+        judged = [finding for finding in judged if finding.code not in DRIFTS]
     # Reading counts the loops of a whole log by itself; here they are counted in what is fitted, and said with that.
     read = [finding for record in measured.recordings for finding in record.findings if finding.code not in FEW_LOOPS]
     unique = {(finding.code, finding.message): finding for finding in [*read, *judged]}
@@ -104,23 +115,38 @@ def verdict_of(
     else:
         reasons = reasons_of(judged, test is not None, against)
         grade = "usable with care" + (f" ({reasons})" if reasons else "")
+    errs, curve_errs = (_rms(score.rmse_percent) for score in (judged, static))
+    if "output-unrelated" in codes:
+        return (
+            f"the output does not follow this input: {name} misses by {errs} {where}, the best curve without "
+            f"hysteresis by {curve_errs}: {grade}."
+        )
     if no_inverse:
         return (
-            f"{name}: {judged.rmse_percent:.2f} % of range rms {where}, against {static.rmse_percent:.2f} % for the "
+            f"{name}: {errs} {where}, against {_bare(static.rmse_percent)} for the "
             f"best curve without hysteresis: simulate with it, do not compensate with it. It has no inverse: "
             f"{no_inverse.rstrip('.')}."
         )
     gives = f"gives the applied input back to {of_range(inverse)} its range"
     if name == STATIC:
         return (
-            f"static, a curve without memory: {judged.rmse_percent:.2f} % of range rms {where}; its inverse {gives}"
+            f"static, a curve without memory: {errs} {where}; its inverse {gives}"
             + ("; hysteresis was not found, or does not repeat" if "no-hysteresis" in codes else "")
             + f": {grade}."
         )
     return (
-        f"{name}: {judged.rmse_percent:.2f} % of range rms {where}, against {static.rmse_percent:.2f} % for the best "
+        f"{name}: {errs} {where}, against {_bare(static.rmse_percent)} for the best "
         f"curve without hysteresis; the inverse {gives}: {grade}."
     )
+
+
+def _rms(percent: float) -> str:
+    """An error as the verdict says it: a percentage of a range, or how many times it."""
+    return f"{percent:.2f} % of range rms" if percent < 100.0 else f"{of_range(percent)} the range rms"
+
+
+def _bare(percent: float) -> str:
+    return f"{percent:.2f} %" if percent < 100.0 else f"{of_range(percent)} it"
 
 
 def reasons_of(judged: Score, held_out: bool, serious: list[str]) -> str:

@@ -21,7 +21,8 @@ STILL = 0.01
 # and tells creep if it takes this share of a way and its rest; a sine stays as long within 1 % for a seventh.
 RESTS = 0.3
 ONE_SIZE = 0.9
-FEWEST_WAYS = 4
+# Of fewer ways no speeds are compared; sizes are from two on: of a log with less there is the more to say.
+FEWEST_WAYS, FEWEST_SIZES = 4, 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,9 +87,10 @@ class Motion:
     ----------
     smallest, largest
         Ways between turning points, percent of the input's range: nine in ten lie between. Not a number with fewer
-        than four of them.
+        than two of them.
     speeds
-        How many times faster the fastest of these ways is than the slowest; not a number where rests hide it.
+        How many times faster the fastest of these ways is than the slowest; not a number where rests hide it, or with
+        fewer than four of them.
     rests
         Whether the input rests long enough to show creep; None where it was not looked for.
     """
@@ -108,9 +110,11 @@ def motion(found: tuple[Branches, ...]) -> Motion:
     """Sizes, speeds and rests of the input."""
     ways, samples = np.concatenate([piece.strokes for piece in found], axis=1)
     still = [piece.still for piece in found]
-    if ways.size < FEWEST_WAYS:
+    if ways.size < FEWEST_SIZES:
         return Motion()
     low, high = np.quantile(ways, [0.05, 0.95])
+    if ways.size < FEWEST_WAYS:
+        return Motion(100.0 * float(low), 100.0 * float(high))
     slow, fast = np.quantile(ways / samples, [0.05, 0.95])
     rests = None if np.isnan(still).any() else bool(max(still) > RESTS * float(np.median(samples)))
     speeds = float("nan") if rests else float(fast / slow)
