@@ -247,3 +247,47 @@ def test_the_inverse_gain_bounds_every_slope_of_the_inverse_and_is_reached_at_re
         assert np.max(slopes) <= model.inverse_gain * (1 + 1e-6)
         if family in ("positive", "negative", "paper"):
             assert np.max(slopes) >= model.inverse_gain * (1 - 1e-6)
+
+
+# A bound of the rounding, for all plays: sums of n terms, none larger than the range, are rounded in the inverse, and so
+# are its input and output; a small slope takes them up to the input, and a large one down to the output again.
+
+
+def bound(model, x, y):
+    """Return (n + X + Y) eps S: X and Y the largest input and output in ranges, S the ratio of the slopes."""
+    slopes = np.cumsum(model.weights)
+    far = sum(float(np.max(np.abs(signal)) / np.ptp(signal)) for signal in (x, y))
+    return (len(slopes) + far) * EPS * float(np.max(slopes) / np.min(slopes))
+
+
+def steep(seed):
+    """Return a model of random slopes that differ by a factor up to 1e4, far from zero or not, and its numbers."""
+    rng = np.random.default_rng(seed)
+    n, top = int(rng.choice([1, 2, 3, 8, 17, 40, 100])), 10 ** rng.uniform(0.5, 4.0)
+    alternating = np.arange(n) % 2 == seed % 2
+    slopes = (
+        np.where(alternating, top, 1.0),
+        np.where(rng.random(n) < rng.random(), top, 1.0),
+        np.sort(np.exp(rng.uniform(0.0, np.log(top), n))),  # all weights are positive
+        np.where(np.arange(n) < n // 2, top, 1.0),
+        np.exp(rng.uniform(0.0, np.log(top), n)),
+        np.cumsum(random_weights(rng, n, "positive")),
+    )[seed % 6]
+    offset, center = rng.normal(size=2) * 10 ** rng.uniform(-2.0, 3.0, 2) * (seed % 4 == 0) * [np.max(slopes), 1.0]
+    model = PrandtlIshlinskii(random_thresholds(rng, n), np.diff(slopes, prepend=0.0), offset, None, center)
+    walk = np.random.default_rng(seed + 1)
+    return model.with_state(model.final_state(center + random_walk(walk, 150))), walk, center
+
+
+@pytest.mark.parametrize("count", [150, pytest.param(3000, marks=pytest.mark.slow)])
+def test_the_stated_bound_holds_for_slopes_that_differ_by_a_factor_of_ten_thousand_and_is_not_vacuous(count):
+    shares = []
+    for seed in range(count):
+        model, rng, center = steep(seed)
+        inverse, x = model.inverse(), center + random_walk(rng, 400)
+        y = model.simulate(x)
+        wish = np.interp(random_walk(rng, 400), [-1.0, 1.0], [np.min(y), np.max(y)])
+        missed = model.simulate(inverse.simulate(wish)) - wish
+        shares.append(relative(missed, wish) / bound(model, x, y))
+        shares.append(relative(inverse.simulate(y) - x, x) / bound(model, x, y))
+    assert 0.1 < max(shares) < 1.0
