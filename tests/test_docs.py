@@ -6,7 +6,9 @@ of their last digit.
 
 from __future__ import annotations
 
+import contextlib
 import doctest
+import importlib
 import json
 import os
 import re
@@ -145,37 +147,87 @@ def broken_links(page: Path) -> list[str]:
 
 
 def test_every_link_leads_somewhere(tmp_path, monkeypatch):
-    broken = [link for page in (*PAGES, *build.written_notebooks()) for link in broken_links(page)]
+    others = [ROOT / name for name in repository() if name.endswith(".md")] + sorted(ROOT.glob("*.md"))
+    broken = [link for page in {*PAGES, *others, *build.written_notebooks()} for link in broken_links(page)]
     assert not broken, "no such file or heading; correct the links:\n" + "\n".join(broken)
     monkeypatch.setitem(globals(), "ROOT", tmp_path)
     (tmp_path / "a.md").write_text("# Head\n[x](nowhere.md) [y](#other) [z](#head)\n", encoding="utf-8")
     assert broken_links(tmp_path / "a.md") == ["a.md: nowhere.md", "a.md: #other"]
 
 
-@in_one("name", ["CONTRIBUTING.md", "docs/explanation/how-it-is-tested.md"])
-def test_files_that_a_page_names_exist(name):
-    named = set(re.findall(r"`(?:[\w./]*/)?([\w-]+\.(?:py|c|h|cpp|pyi))`", (ROOT / name).read_text(encoding="utf-8")))
-    folders = [
-        ROOT / room
-        for room in (
-            "src",
-            "core",
-            "engine",
-            "plant",
-            "reviewed",
-            "tests",
-            "docs",
-            "examples",
-            "benchmarks",
-            "wheels",
-            "page",
-        )
-    ]
+ENDINGS = "py|c|h|cpp|pyi|toml|cmake|yml"
+FOLDERS = {path.name: path for path in ROOT.iterdir() if path.is_dir() and not path.name.startswith(".")}
+THEIRS = ("report/figures/exceeded", "robot/muscles/linear", "export/esp_idf", "families/backlash")  # made by readers
+# Names that look like those of modules and are none: of the MuJoCo plugin, of a header, of a file, any name.
+NO_MODULES = {"dehyst.muscle", "dehyst.h", "dehyst.elbow.0.1.0.pack", "dehyst.NAME"}
+HIDDEN = {"node_modules", "__pycache__", "build", "dist", "site"}  # what tools leave
+
+
+def missing_files(text: str, files: set[str]) -> set[str]:
+    """Return files of the repository that a text names in backticks and that are not among `files`.
+
+    A path with a room of the repository in front, or of the package, is one, and so is the name of a test.
+    """
+    missing = set()
+    for path in re.findall(rf"`((?:[\w.-]+/)*[\w-]+\.(?:{ENDINGS})|(?:[\w.-]+/)+)`", text):
+        first = path.partition("/")[0]
+        whole = first in FOLDERS and "/" in path
+        if not whole and not path.startswith("test_"):
+            continue
+        if not any(file == path or file.startswith(path) or file.endswith(f"/{path}") for file in files):
+            missing.add(path)
+    return missing
+
+
+def repository() -> set[str]:
+    """Return every file of the repository but what tools leave."""
+    return {
+        path.relative_to(ROOT).as_posix()
+        for room in FOLDERS.values()
+        if room.name not in HIDDEN
+        for path in room.rglob("*")
+        if path.is_file() and not HIDDEN & set(path.relative_to(ROOT).parts)
+    }
+
+
+def missing_modules(text: str) -> set[str]:
+    """Return modules and names of the package that a text spells with dots and that are not there."""
+    missing = set()
+    for spelled in set(re.findall(r"`(dehyst(?:\.\w+)+)(?:\(.*?\))?`", text)) - NO_MODULES:
+        place, *names = spelled.split(".")
+        found = importlib.import_module(place)
+        for name in names:
+            place = f"{place}.{name}"
+            if not hasattr(found, name):
+                with contextlib.suppress(ImportError):
+                    importlib.import_module(place)
+            found = getattr(found, name, None)
+            if found is None:
+                missing.add(spelled)
+                break
+    return missing
+
+
+def test_files_rooms_and_modules_that_pages_name_exist():
+    files = repository()
     # only there, where test_contributing.py runs them:
     shown = {"families_backlash", "report_exceeded", "io_frames", "export_esp_idf", "muscles_linear", "plant_torque"}
-    named -= {file for name in shown for file in (f"test_{name}.py", f"{name.partition('_')[2]}.py")}
-    assert named
-    assert named <= {path.name for folder in folders for path in folder.rglob("*")}
+    files |= {f"tests/test_{name}.py" for name in shown}
+    files |= {f"src/dehyst/{file}.py" for file in THEIRS}
+    missing = {}
+    for name in sorted(files | {path.name for path in ROOT.iterdir()}):
+        page = ROOT / name
+        if page.suffix != ".md" or page.name == "CHANGELOG.md" or "decisions" in page.parts:  # these tell what was
+            continue
+        text = page.read_text(encoding="utf-8")
+        names = missing_files(text, files) | missing_modules(text)
+        if names:
+            missing[name_of(page)] = sorted(names)
+    assert not missing, missing
+    assert missing_files("`tests/test_docs.py`, `core/gone.c`, `test_gone.py`, `src/dehyst/gone/`", files) == {
+        "core/gone.c", "test_gone.py", "src/dehyst/gone/"
+    }  # fmt: skip
+    assert missing_modules("`dehyst.io.read_log`, `dehyst.gone`, `dehyst.load(x)`") == {"dehyst.gone"}
 
 
 def test_index_links_every_page_and_every_decision():

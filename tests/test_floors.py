@@ -1,6 +1,7 @@
 """The house: a module imports from lower floors or its own room only, and every foreign package has one home."""
 
 import ast
+import re
 import sys
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -171,3 +172,19 @@ def test_large_rooms_have_floors_inside(room):
 )
 def test_the_rule_itself_finds_what_it_should(source, parts, number):
     assert len(faults(source, parts)) == number
+
+
+PAGE = (SOURCE.parents[1] / "CONTRIBUTING.md").read_text(encoding="utf-8")
+
+
+def test_contributing_names_the_homes_of_foreign_packages_and_the_rooms_that_share_a_floor():
+    homes: dict[str, set[str]] = {}
+    for part in PAGE.partition("\nHomes: ")[2].partition("\n\n")[0].split(";"):
+        packages, _, rooms = part.partition(" in ")
+        for package in re.findall(r"\w+", packages.replace(" and ", " ")):
+            homes[package] = set(re.findall(r"`(\w+)`", rooms))
+    assert homes == {package: rooms for package, rooms in HOMES.items() if package != "numpy"}
+    shared = PAGE.partition("some share one: ")[2].partition("\n\n")[0].split(";")
+    named = [set(re.findall(r"`(\w+)`", part)) for part in shared]
+    rows = set(re.findall(r"(?m)^\| `src/dehyst/(\w+)/", PAGE)) | {"neighbours"}
+    assert named == [floor & rows for floor in FLOORS if len(floor & rows) > 1]

@@ -249,8 +249,8 @@ def test_the_inverse_gain_bounds_every_slope_of_the_inverse_and_is_reached_at_re
             assert np.max(slopes) >= model.inverse_gain * (1 - 1e-6)
 
 
-# A bound of the rounding, for all plays: sums of n terms, none larger than the range, are rounded in the inverse, and so
-# are its input and output; a small slope takes them up to the input, and a large one down to the output again.
+# A bound of the rounding, for all plays: sums of n terms, none larger than the range, are rounded in the inverse, and
+# so are its input and output; a small slope takes them up to the input, and a large one down to the output again.
 
 
 def bound(model, x, y):
