@@ -317,25 +317,27 @@ class Attributes:
     def finish(self) -> None:
         """Put all clocks on one beginning, and say what was done and what was left."""
         self._align()
-        log = self.log.name
+        log, findings = self.log.name, self.log.findings
         if self.notes:
-            self._say(
-                "attributes-applied",
-                f"attributes of {log} say what its stored numbers mean, and were applied: "
-                f"{list_names(self.notes, SHOWN)}. Nothing to do, if the numbers were stored as they say.",
+            findings.append(
+                Finding(
+                    "attributes-applied",
+                    f"attributes of {log} say what its stored numbers mean, and were applied: "
+                    f"{list_names(self.notes, SHOWN)}. Nothing to do, if the numbers were stored as they say.",
+                )
             )
         if self.left:
-            self._say(
-                "attributes-left",
-                f"attributes of {log} may change what its numbers mean, and were not applied: "
-                f"{list_names(self.left, SHOWN)}. Where they belong to the numbers, convert these yourself, or write "
-                f"the attributes as the CF conventions name them: scale_factor, add_offset, _FillValue.",
+            findings.append(
+                Finding(
+                    "attributes-left",
+                    f"attributes of {log} may change what its numbers mean, and were not applied: "
+                    f"{list_names(self.left, SHOWN)}. Where they belong to the numbers, convert these yourself, or "
+                    f"write the attributes as the CF conventions name them: scale_factor, add_offset, _FillValue.",
+                )
             )
         if self.titles:
-            self._say("column-titles", f"{log} explains its names: {list_names(self.titles, SHOWN)}. Nothing to do.")
-
-    def _say(self, code: str, message: str) -> None:
-        self.log.findings.append(Finding(code, message))
+            explained = list_names(self.titles, SHOWN)
+            findings.append(Finding("column-titles", f"{log} explains its names: {explained}. Nothing to do."))
 
     def _align(self) -> None:
         """Clocks that count from several dates count from the earliest of them."""
