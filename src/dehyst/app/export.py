@@ -222,10 +222,15 @@ def _shares(subject: Subject) -> list[str]:
     if period is None:
         return []
     shares = ", ".join(
-        f"{name} at {CLOCKS[name] / 1e6:.0f} MHz {100 * usual / period:.2g} %, {100 * most / period:.2g} % at most"
+        f"{name} at {CLOCKS[name] / 1e6:.0f} MHz {_percent(usual / period)}, {_percent(most / period)} at most"
         for name, (usual, most) in budget(subject).seconds().items()
     )
     return [f"of the period, at one instruction a cycle: {shares}"] if shares else []
+
+
+def _percent(share: float) -> str:
+    """Percent with two digits and without an exponent."""
+    return f"{float(f'{100 * share:.2g}'):g} %"
 
 
 def _interface(subject: Subject) -> list[str]:
