@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 
 import dehyst
 from dehyst.cli import app
+from dehyst.design import design_excitation
 
 
 def creeping(x, time, taus=(8.0, 60.0)):
@@ -57,15 +58,15 @@ def test_a_rest_that_is_asked_for_is_planned_and_ends_the_guess(tmp_path, monkey
 
 @pytest.mark.parametrize("hold", [5.0, 80.0, 400.0])
 def test_design_rests_as_long_as_was_asked_for(hold):
-    plan = dehyst.design.design_excitation(-1.0, 1.0, hold=hold, time_limit=2000.0)
+    plan = design_excitation(-1.0, 1.0, hold=hold, time_limit=2000.0)
     assert max(plan.hold_s) >= hold
     with pytest.raises(dehyst.DehystError) as refused:
-        dehyst.design.design_excitation(-1.0, 1.0, hold=hold, time_limit=hold)
+        design_excitation(-1.0, 1.0, hold=hold, time_limit=hold)
     enough = refused.value.facts["needed"]
     try:
-        plan = dehyst.design.design_excitation(-1.0, 1.0, hold=hold, time_limit=enough)
+        plan = design_excitation(-1.0, 1.0, hold=hold, time_limit=enough)
     except dehyst.DehystError as again:
-        plan = dehyst.design.design_excitation(-1.0, 1.0, hold=hold, time_limit=again.facts["needed"])
+        plan = design_excitation(-1.0, 1.0, hold=hold, time_limit=again.facts["needed"])
     assert max(plan.hold_s) >= hold
 
 

@@ -15,6 +15,7 @@ from dehyst.app.requests import IdentifyRequest
 from dehyst.errors import DehystError
 from dehyst.findings import Grade
 from dehyst.identification import identify_direct
+from dehyst.report import write_report
 from dehyst.report.judgement import lights, overall
 
 GOOD_PERCENT = 3.0
@@ -96,7 +97,7 @@ def printed(fit):
 
 
 def shown(fit, tmp_path):
-    page = dehyst.report.write_report(fit, tmp_path / "r.html").read_text(encoding="utf-8")
+    page = write_report(fit, tmp_path / "r.html").read_text(encoding="utf-8")
     page = re.sub(r"<(script|style)\b.*?</\1>", " ", page, flags=re.DOTALL)
     return " ".join(html.unescape(re.sub(r"<[^>]+>", " ", page)).split())
 
