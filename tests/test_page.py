@@ -30,8 +30,9 @@ BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "
 LIMIT = 600_000
 OPTIONS = (
     "--train-fraction", "--eps", "--initial-state", "--max-inverse-gain", "--from", "--to", "--time", "--time-unit",
+    "--dt",
 )  # fmt: skip
-LISTS = ("--initial-state", "--time", "--time-unit")
+LISTS = ("--initial-state", "--time")
 MEASURED = [
     ("piezo_dbo", "voltage_v", "displacement_um", "model"),
     ("mr_damper", "displacement_mm", "force_N", "ensaio1.2"),
@@ -212,7 +213,9 @@ def typed(options: dict[str, str]) -> tuple[dict, dict]:
     """Options of the command line as arguments of read_log and of identify."""
     names = {"--from": "start", "--to": "stop"}
     given = {
-        names.get(flag, flag[2:].replace("-", "_")): value if flag in LISTS or value == "auto" else float(value)
+        names.get(flag, flag[2:].replace("-", "_")): value
+        if flag in (*LISTS, "--time-unit") or value == "auto"
+        else float(value)
         for flag, value in options.items()
     }
     fitting = {"train_fraction", "eps", "initial_state", "max_inverse_gain"}
@@ -275,6 +278,7 @@ def test_every_option_that_a_message_of_the_page_prescribes_has_a_control():
     beyond = {
         "--shear",
         "--stream",
+        "--no-stream",
         "--families",
         "--save",
         "--report",
@@ -303,7 +307,7 @@ CASES = [
     *({"--initial-state": value} for value in ("auto", "zero", "origin", "rest", "rising", "falling", "unknown")),
     {"--from": "5"}, {"--to": "12.5"}, {"--from": "4", "--to": "17"}, {"--from": "9", "--to": "3"}, {"--to": "1e-3"},
     {"--time-unit": "ms"}, {"--time-unit": "min"}, {"--time": "pressure_bar"},
-    {"--time": "time_s", "--time-unit": "ms"},
+    {"--time": "time_s", "--time-unit": "ms"}, {"--time-unit": "1/60 s"}, {"--dt": "0.02"},
     {"--train-fraction": "0.7", "--eps": "auto", "--initial-state": "rest", "--from": "3"},
 ]  # fmt: skip
 

@@ -27,6 +27,7 @@ interface Option {
 }
 
 const WORDS = new Set(["auto"]); // that an option takes beside numbers
+const isWord = (flag: string, text: string): boolean => WORDS.has(text) || (flag === "--time-unit" && Number.isNaN(Number(text)));
 
 export class Options {
   readonly element: HTMLDetailsElement;
@@ -46,7 +47,8 @@ export class Options {
       ...(cut ? [option(false, "--from", "Use the log from this time on [s]", number("its first sample")),
         option(false, "--to", "Use the log up to this time [s]", number("its last sample"))] : []),
       option(false, "--time", "Time column", list("by its name", known.columns.filter(({ minimum }) => Number.isFinite(minimum)).map(({ name }) => name))),
-      option(false, "--time-unit", "Unit of time", list("by its name", known.units)),
+      option(false, "--time-unit", "Unit of time, or seconds of one count", number(known.units.join(", "))),
+      option(false, "--dt", "Seconds from row to row, if the log has no time", number("by its clock")),
     ];
     for (const { flag, control } of this.all) {
       control.id = `${place}${flag.slice(1)}`;
@@ -62,7 +64,7 @@ export class Options {
     for (const { name, flag, control, fits } of this.all) {
       const text = control.value.trim();
       if (!text) continue;
-      const value = control instanceof HTMLSelectElement || WORDS.has(text) ? text : Number(text.replace(",", "."));
+      const value = control instanceof HTMLSelectElement || isWord(flag, text) ? text : Number(text.replace(",", "."));
       if (Number.isNaN(value)) throw new Refusal(`${flag}: “${text}” is not a number. Write for example 0.5, or leave it empty.`, true);
       given[fits ? "fitting" : "reading"][name] = value;
     }
@@ -92,7 +94,7 @@ export class Options {
       if (!option) continue;
       first ||= flag;
       const { control } = option;
-      const known = word !== undefined && (control instanceof HTMLSelectElement ? [...control.options].some(({ value }) => value === word) : WORDS.has(word) || !Number.isNaN(Number(word)));
+      const known = word !== undefined && (control instanceof HTMLSelectElement ? [...control.options].some(({ value }) => value === word) : isWord(flag, word) || !Number.isNaN(Number(word)));
       if (!known || control.value === word) continue;
       const take = (): void => {
         control.value = word;

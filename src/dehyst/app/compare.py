@@ -145,7 +145,7 @@ def _next(found: Comparison, request: CompareRequest) -> str:
     return command(
         "identify", *request.logs, input=request.input, output=request.output, time=request.time,
         time_unit=request.time_unit, sheet=request.sheet, **windows, train_fraction=request.train_fraction,
-        family=_named(found),
+        family=_named(found), dt=request.dt,
         save="model.json", report="report.html",
     )  # fmt: skip
 

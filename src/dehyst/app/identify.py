@@ -165,7 +165,7 @@ def _open_streams(request: IdentifyRequest) -> list[ChunkedLog] | None:
     columns = request.input or "", request.output or "", request.time
     try:
         return [
-            open_chunks(log, *columns, run=run, time_unit=request.time_unit)
+            open_chunks(log, *columns, run=run, time_unit=request.time_unit, dt=request.dt)
             for log in request.logs
             for run in request.runs or (None,)
         ]

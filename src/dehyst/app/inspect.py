@@ -30,7 +30,7 @@ NUMBERS = HEADS[2:6]
 def run_inspect(request: InspectRequest) -> None:
     """Print columns, sampling, runs and the line to type next."""
     with ask_progress("reading", request.json):
-        summary = inspect_log(request.log, request.run, time_unit=request.time_unit, sheet=request.sheet)
+        summary = inspect_log(request.log, request.run, time_unit=request.time_unit, sheet=request.sheet, dt=request.dt)
     if request.json:
         print_json(dataclasses.asdict(summary))
         return

@@ -53,7 +53,7 @@ PACKED = {".gz": 4.0, ".parquet": 2.0, ".feather": 2.0}
 
 def part_of(request: SimulateRequest | MuscleRequest) -> dict[str, Any]:
     """Time column, its unit, the sheet and the window of a request, as all readers of logs take them."""
-    return {name: getattr(request, name) for name in ("time", "time_unit", "sheet", "start", "stop")}
+    return {name: getattr(request, name) for name in ("time", "time_unit", "dt", "sheet", "start", "stop")}
 
 
 def parts_of(request: LogsRequest) -> list[dict[str, Any]]:
@@ -74,7 +74,7 @@ def parts_of(request: LogsRequest) -> list[dict[str, Any]]:
                 f"since samples that count twice would be fitted and tested at once. Write for example "
                 f"--from 0 --to 20 --from 35 --to 60."
             )
-    clock = {"time": request.time, "time_unit": request.time_unit, "sheet": request.sheet}
+    clock = {"time": request.time, "time_unit": request.time_unit, "dt": request.dt, "sheet": request.sheet}
     return [{**clock, "start": a, "stop": b} for a, b in bounds]
 
 
@@ -92,7 +92,9 @@ def named_columns(command: str, request: R, quiet: bool) -> R:
         return request
     log, run = request.logs[0], next(iter(request.runs), None)
     summary = (
-        None if is_large(request.logs) else inspect_log(log, run, time_unit=request.time_unit, sheet=request.sheet)
+        None
+        if is_large(request.logs)
+        else inspect_log(log, run, time_unit=request.time_unit, dt=request.dt, sheet=request.sheet)
     )
     if summary is None or not summary.clear or summary.input is None or summary.output is None:
         raise _choice(command, log, summary)
@@ -175,7 +177,7 @@ def signals_of(
         for log, run, record in read:
             signal = read_signal(
                 log, column, time=request.time, run=run, time_unit=request.time_unit, sheet=request.sheet,
-                missing="drop",
+                missing="drop", dt=request.dt,
             )  # fmt: skip
             values, found = schedule_values(name, column, signal, units.get(name, ""))
             units[name] = units.get(name) or found
@@ -202,7 +204,7 @@ def given_of(request: SimulateRequest, model: Model, signal: Signal) -> tuple[di
             )
         read = read_signal(
             request.log, column, time=request.time, run=request.run, time_unit=request.time_unit, sheet=request.sheet,
-            missing="drop",
+            missing="drop", dt=request.dt,
         )  # fmt: skip
         if card.unit in MASS_FACTORS or (card.unit and name == "load" and mass_unit(column, read.unit)):
             converted = schedule_values(name, column, read, card.unit)[0]

@@ -44,7 +44,7 @@ def read_bench_log(path: Path, request: MuscleRequest, length: float | None) -> 
     }
     table = read_columns(
         path, wanted, time=request.time, run=request.run, start=request.start, stop=request.stop,
-        time_unit=request.time_unit, sheet=request.sheet,
+        time_unit=request.time_unit, sheet=request.sheet, dt=request.dt,
     )  # fmt: skip
     findings = [entry for entry in table.findings if entry.code != "no-time"]
     read = contraction_of_length if role == "length" else contraction_of

@@ -12,6 +12,7 @@ COMMON = {  # name of a field -> its flag and its help, the same in every comman
     "time": ("--time", "Time column, if it is not found by itself."),
     "time_unit": ("--time-unit", "Unit of the time column, e.g. ms, or how many seconds one count is."),
     "sheet": ("--sheet", "Sheet of a workbook, by name or number; by default the one with the most numbers."),
+    "dt": ("--dt", "Seconds from one row to the next, where the log has no time column."),
     "run": ("--run", "Run to use, if the log holds several."),
     "runs": ("--run", "Run to use, if a log holds several; repeat for more."),
     "start": ("--from", "Leave out samples before this time [s]."),
@@ -56,6 +57,7 @@ class LogsRequest:
     output: str | None = option()
     time: str | None = option()
     time_unit: str | None = option()
+    dt: float | None = option()
     sheet: str | None = option()
     runs: tuple[str, ...] = option(default=())
     start: tuple[float, ...] = option(
@@ -120,6 +122,7 @@ class SimulateRequest:
     column: str | None = option(INPUT, flag="--input")
     time: str | None = option()
     time_unit: str | None = option()
+    dt: float | None = option()
     sheet: str | None = option()
     run: str | None = option()
     start: float | None = option()
@@ -151,6 +154,7 @@ class InspectRequest:
     log: Path = argument(LOG)
     run: str | None = option()
     time_unit: str | None = option()
+    dt: float | None = option()
     sheet: str | None = option()
     json: bool = option(default=False)
 
@@ -398,6 +402,7 @@ class MuscleRequest:
     force: str = option("Column of the force.", "force")
     time: str | None = option()
     time_unit: str | None = option()
+    dt: float | None = option()
     sheet: str | None = option()
     run: str | None = option()
     start: float | None = option()

@@ -47,6 +47,7 @@ def open_chunks(
     *,
     run: str | None = None,
     time_unit: str | float | None = None,
+    dt: float | None = None,
     rows: int = ROWS,
 ) -> ChunkedLog:
     """Open a log to be read in chunks.
@@ -63,6 +64,8 @@ def open_chunks(
         Run to read, needed when the log holds several.
     time_unit
         Unit of the time column where its name does not tell; by default seconds.
+    dt
+        Seconds from one row to the next, where the log has no time column.
     rows
         Most samples in a chunk.
 
@@ -90,16 +93,16 @@ def open_chunks(
     ([30, 30, 30, 10], 'bar', True)
     """
     source = open_source(path)
-    table = with_clock(source.table, time_unit, time)
+    table = with_clock(source.table, time_unit, time, dt)
     x_name, y_name = two_columns(table, input, output)
     for name in (x_name, y_name):
         if name in table.refused:
             raise ColumnError(table.refused[name], column=name)
-    clock = _clock(source, table, x_name, y_name, time)
+    clock = _clock(source, table, x_name, y_name, time) if dt is None else None
     runs, named = run_column(table), run is not None
     if runs is None or run is None:
         run = select_run(table, run)[0]  # refuses a run where there are none, and none where there are several
-    return ChunkedLog(source, table, (x_name, y_name, clock, runs), run, rows, named)
+    return ChunkedLog(source, table, (x_name, y_name, clock, runs), run, rows, named, dt)
 
 
 def _clock(source: Source, table: Table, x_name: str, y_name: str, time: str | None) -> str | None:
@@ -183,13 +186,15 @@ class ChunkedLog:
         run: str | None,
         rows: int,
         named: bool,
+        dt: float | None,
     ) -> None:
         self._source, self._table, self._rows = source, table, max(1, int(rows))
         self._columns, self._run, self._named = columns, run, named
         self.input_name, self.input_unit = table.label(columns[0])
         self.output_name, self.output_unit = table.label(columns[1])
         self.name = table.name if run is None else f"{table.name}, run {run}"
-        self.size, self.costly, self.has_time = source.size, source.costly, columns[2] is not None
+        self.size, self.costly, self.has_time = source.size, source.costly, columns[2] is not None or dt is not None
+        self._dt, self._line = dt, (table.rows[:1], max(1.0, float(np.median(np.diff(table.rows)))))
         self._counting, self._clock_findings = (1.0, False), list[Finding]()
         if columns[2]:
             self._counting = counting(table, columns[2])
@@ -247,7 +252,9 @@ class ChunkedLog:
         if self._columns[3] is not None:
             mask = self._of_run(columns.pop(), tally)
             columns, rows = [column[mask] for column in columns], rows[mask]
-        if self.has_time:
+        if self._dt is not None:
+            columns.insert(2, (rows - self._line[0]) / self._line[1] * self._dt)
+        elif self.has_time:
             columns[2] = self._seconds(columns[2])
         good = np.logical_and.reduce([finite(column) for column in columns])
         if not good.all():

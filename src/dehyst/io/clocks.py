@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from dehyst.arrays import Array
+from dehyst.arrays import Array, Rows
 from dehyst.errors import ColumnError, TimeError, UnitError
 from dehyst.findings import Finding
 from dehyst.io.columns import find_column
 from dehyst.io.dates import is_dates, join_dates
-from dehyst.io.table import Table, finite, list_names, measured
+from dehyst.io.table import Table, finite, list_names, measured, unique_names
 from dehyst.io.time_units import DAY, of_clock, seconds_of, unit_in_name
 from dehyst.units import DIMENSION, parse_unit, words
 
@@ -25,6 +26,7 @@ TIME_WORDS = frozenset(
 )
 PLAIN_WORDS = frozenset(words("time timestamp timestamps zeit zeitstempel elapsed datetime"))
 FIRST_OF_LABVIEW = "X_Value"  # name of the first column of a measurement file, whatever it holds
+RISING = 20  # steps up, and none down: a signal of loops falls too
 FORWARD_SHARE = 0.9  # of the steps of a clock
 BACKWARD_SHARE = 0.95  # of the steps of a log whose newest row stands first
 # Seconds since 1970 from 2001 to 2099; a stamp in this window counts from an epoch, not from a start button.
@@ -118,12 +120,14 @@ def _nameless_clock(table: Table) -> list[str]:
     headless = len(nameless) == len(table.order)
     candidates = nameless if headless else [name for name in table.order[:1] if name in (*nameless, FIRST_OF_LABVIEW)]
     candidates = [name for name in candidates if name in table.columns]
+    all_of_them = candidates
     candidates = [name for name in candidates if name == table.order[0] or _never_falls(table.columns[name])]
     even = [name for name in candidates if _is_even(table.columns[name])]
     timed = [name for name in even if not _counts_rows(table.columns[name])]
     if timed or not headless:
         return timed[:1]
-    return (even or [name for name in candidates if _is_even(_of_blocks(table.columns[name]))])[:1]
+    blocks = [name for name in candidates if _is_even(_of_blocks(table.columns[name]))]
+    return (even or blocks or _alone_rises(table, all_of_them))[:1]
 
 
 def _never_falls(values: Array) -> bool:
@@ -145,6 +149,14 @@ def _of_blocks(values: Array) -> Array:
     lengths = np.diff(starts)
     regular = lengths.size > 0 and bool(np.max(lengths) <= 2.0 * np.mean(lengths))
     return good[starts] if regular else good[:0]
+
+
+def _alone_rises(table: Table, names: list[str]) -> list[str]:
+    """The one column of at least three that rises from row to row, evenly or not, while the others fall too."""
+    names = [name for name in names if measured(table.columns[name]).size > 1]
+    rising = [name for name in names if _never_falls(table.columns[name])]
+    strictly = [name for name in rising if np.count_nonzero(np.diff(table.columns[name])) >= RISING]
+    return strictly if len(rising) == 1 and len(names) > 2 and np.all(np.diff(table.columns[rising[0]]) > 0) else []
 
 
 def _leads_matrix(table: Table, name: str) -> bool:
@@ -314,9 +326,46 @@ def choose_clock(table: Table, column: str, wanted: str | None) -> str | None:
     )
 
 
-def with_clock(table: Table, unit: str | float | None, time: str | None) -> Table:
-    """Table whose dates and times of day are joined, and whose clock counts in `unit`, where one is named."""
-    return with_time_unit(join_dates(table), unit, time)
+def with_clock(table: Table, unit: str | float | None, time: str | None, dt: float | None = None) -> Table:
+    """Table whose dates and times of day are joined, and whose clock counts in `unit`, or its rows in steps of `dt`."""
+    if dt is None:
+        return with_time_unit(join_dates(table), unit, time)
+    if not 0.0 < dt < math.inf:
+        raise TimeError(f"--dt {dt:g}: the seconds from one row to the next are a number above 0: --dt 0.01", dt=dt)
+    if unit is not None or time is not None:
+        raise TimeError("--dt counts the rows, --time and --time-unit are about a time column: leave out one of them.")
+    columns: dict[str, Array] = dict(table.columns)
+    clocks = dict(table.clocks)
+    for size in sorted({values.size for values in table.columns.values()}):
+        name = unique_names([*columns, *table.labels, "time_from_rows"])[-1]
+        clocks.update((column, name) for column, values in table.columns.items() if values.size == size)
+        places = table.rows if size == table.rows.size else np.arange(size)
+        columns[name] = row_number(places) * dt
+    made = columns.keys() - table.columns.keys()
+    named = [name for name in clock_names(table) if is_clock(table, name)]
+    findings = [
+        Finding(
+            "several-time-columns",
+            f"{table.name} has a time column, '{name}', which was not read: --dt says that rows are {dt:g} s apart. "
+            f"If they are not, leave --dt out.",
+        )
+        for name in named[:1]
+    ]
+    return replace(
+        table,
+        columns=columns,
+        clocks=clocks,
+        units={**table.units, **dict.fromkeys(made, "s")},
+        order=(*table.order, *(name for name in columns if name in made)),
+        findings=(*table.findings, *findings),
+    )
+
+
+def row_number(rows: Rows) -> Array:
+    """Number of each row from 0, by its line in the file: one that was left out, or is empty in each second line."""
+    away = np.asarray(rows - rows[:1], dtype=np.float64)
+    step = float(np.median(np.diff(away))) if away.size > 1 else 1.0
+    return np.asarray(away / (step or 1.0))
 
 
 def with_time_unit(table: Table, unit: str | float | None, time: str | None) -> Table:

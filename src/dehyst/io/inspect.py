@@ -140,7 +140,12 @@ class LogSummary:
 
 
 def inspect_log(
-    path: PathLike, run: str | None = None, *, time_unit: str | float | None = None, sheet: str | int | None = None
+    path: PathLike,
+    run: str | None = None,
+    *,
+    time_unit: str | float | None = None,
+    dt: float | None = None,
+    sheet: str | int | None = None,
 ) -> LogSummary:
     """Look at a log without deciding anything.
 
@@ -153,6 +158,8 @@ def inspect_log(
     time_unit
         Unit of the time column, for example ``"ms"``, or how many seconds one count is, where its name does not tell;
         by default seconds.
+    dt
+        Seconds from one row to the next, where the log has no time column.
     sheet
         Sheet of a workbook, by name or number from 1; by default the one with the most numbers.
 
@@ -175,7 +182,7 @@ def inspect_log(
     >>> summary.input, summary.output, summary.columns[1].loops
     ('pressure_bar', 'angle_deg', 4)
     """
-    table = with_clock(read_table(path, sheet), time_unit, None)
+    table = with_clock(read_table(path, sheet), time_unit, None, dt)
     runs = count_runs(table)
     chosen, mask = select_run(table, run if run is not None or not runs else next(iter(runs)))
     rows = {name: v[mask] if v.size == mask.size else v for name, v in table.columns.items()}
@@ -197,7 +204,7 @@ def inspect_log(
         input=x,
         output=y,
         clear=proposal.clear,
-        command=_command(path, x, y, chosen if len(runs or ()) > 1 else None, time_unit, sheet, findings)
+        command=_command(path, x, y, chosen if len(runs or ()) > 1 else None, (time_unit, dt), sheet, findings)
         if readable
         else "",
         findings=findings,
@@ -296,7 +303,7 @@ def _command(
     x: str | None,
     y: str | None,
     run: str | None,
-    time_unit: str | float | None,
+    clock: tuple[str | float | None, float | None],
     sheet: str | int | None,
     findings: tuple[Finding, ...],
 ) -> str:
@@ -307,5 +314,13 @@ def _command(
     single = any("--train-fraction 1" in finding.message for finding in findings)
     share = "1" if single else None
     return command(
-        "identify", Path(path), input=x, output=y, run=run, time_unit=time_unit, sheet=sheet, train_fraction=share
+        "identify",
+        Path(path),
+        input=x,
+        output=y,
+        run=run,
+        time_unit=clock[0],
+        dt=clock[1],
+        sheet=sheet,
+        train_fraction=share,
     )

@@ -97,6 +97,7 @@ def read_log(
     start: float | None = None,
     stop: float | None = None,
     time_unit: str | float | None = None,
+    dt: float | None = None,
     sheet: str | int | None = None,
 ) -> Recording:
     """Read input and output of an actuator from a log file.
@@ -118,6 +119,8 @@ def read_log(
     time_unit
         Unit of the time column, for example ``"ms"``, or how many seconds one count is, where its name does not tell;
         by default seconds.
+    dt
+        Seconds from one row to the next, where the log has no time column.
     sheet
         Sheet of a workbook, by name or number from 1; by default the one with the most numbers.
 
@@ -149,7 +152,7 @@ def read_log(
     >>> len(rec), rec.input_label, rec.output_unit
     (20, 'pressure [bar]', 'deg')
     """
-    table = with_clock(read_table(path, sheet), time_unit, time)
+    table = with_clock(read_table(path, sheet), time_unit, time, dt)
     window = parse_window(start, stop)
     x_name, y_name = two_columns(table, input, output)
     about = context(table, (x_name, y_name))
@@ -179,6 +182,7 @@ def read_signal(
     start: float | None = None,
     stop: float | None = None,
     time_unit: str | float | None = None,
+    dt: float | None = None,
     sheet: str | int | None = None,
     missing: Literal["hold", "drop"] = "hold",
 ) -> Signal:
@@ -192,7 +196,7 @@ def read_signal(
         Log of any format that `read_log` reads.
     column
         Column, named as for `read_log`.
-    time, run, start, stop, time_unit, sheet
+    time, run, start, stop, time_unit, dt, sheet
         As for `read_log`.
     missing
         Rows without a number: ``"hold"`` the last value, because a signal is played back sample by sample and must
@@ -206,7 +210,7 @@ def read_signal(
     >>> read_signal(log, "angle").values.tolist()
     [1.0, 2.0, 3.0, 2.0]
     """
-    table = with_clock(read_table(path, sheet), time_unit, time)
+    table = with_clock(read_table(path, sheet), time_unit, time, dt)
     window = parse_window(start, stop)
     name = find_column(table, column, "signal")
     refuse_clock(table, name, "signal")
@@ -217,7 +221,11 @@ def read_signal(
     samples = find_gaps(samples, about)
     require_samples(samples, about, window, least=1)
     if samples.time is None:
-        about.say("no-time", f"{table.name} has no time column; samples are taken as evenly spaced.")
+        about.say(
+            "no-time",
+            f"{table.name} has no time column; samples are taken as evenly spaced. If they are, --dt 0.01 says "
+            f"how many seconds lie between them.",
+        )
     origin = _origin(table, {"column": name, "time": clock}, chosen, start, stop, samples)
     bare, unit = table.label(name)
     return Signal(samples.values[0], samples.time, bare, unit, samples.breaks, tuple(about.findings), origin)
@@ -232,6 +240,7 @@ def read_columns(
     start: float | None = None,
     stop: float | None = None,
     time_unit: str | float | None = None,
+    dt: float | None = None,
     sheet: str | int | None = None,
 ) -> Columns:
     """Read columns of a log that belong together row by row.
@@ -256,7 +265,7 @@ def read_columns(
     >>> found.values["length"].tolist(), found.units["force"], found.findings[0].code
     ([300.0, 280.0], 'N', 'non-finite')
     """
-    table = with_clock(read_table(path, sheet), time_unit, time)
+    table = with_clock(read_table(path, sheet), time_unit, time, dt)
     window = parse_window(start, stop)
     names = {role: find_column(table, wanted, role) for role, wanted in columns.items()}
     _refuse_columns(table, names)

@@ -73,8 +73,8 @@ def _on_one_clock(
         if first is None:
             about.say(
                 "no-time",
-                f"{table.name} has no time column: gaps, rate dependence and drift cannot be seen. Log one, or name "
-                f"it with --time.",
+                f"{table.name} has no time column: gaps, rate dependence and drift cannot be seen. Log one, name "
+                f"it with --time, or say how many seconds lie between two rows, such as --dt 0.01.",
             )
         elif time is None:
             _warn_other_clocks(table, first, x_size, about)

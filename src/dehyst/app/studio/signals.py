@@ -16,11 +16,13 @@ def print_signals(request: SignalsRequest) -> None:
     Of a log without time, the number of the sample stands for it.
     """
     with ask_progress("reading"):
-        runs = inspect_log(request.log, request.run, time_unit=request.time_unit, sheet=request.sheet).runs
+        runs = inspect_log(
+            request.log, request.run, time_unit=request.time_unit, sheet=request.sheet, dt=request.dt
+        ).runs
         run = request.run if request.run is not None or len(runs) < 2 else next(iter(runs))
         rec = read_log(
             request.log, request.input or "", request.output or "", time=request.time, time_unit=request.time_unit,
-            run=run, sheet=request.sheet,
+            run=run, sheet=request.sheet, dt=request.dt,
         )  # fmt: skip
     kept = np.union1d(thin_series(rec.input), thin_series(rec.output))
     clock = np.arange(len(rec), dtype=np.float64) if rec.time is None else rec.time
