@@ -174,7 +174,7 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
     "Reading a log: time": {
         "no-time": (
             "There is no time column. Samples are taken in order; gaps, rate dependence and drift cannot be seen.",
-            "Log one, or name it with `--time`.",
+            "Log one, name it with `--time`, or say how many seconds lie between two rows: `--dt 0.01`.",
         ),
         "time-unit": (
             "The time column names no unit and was read as seconds, one sample every second or slower, or faster than "
@@ -197,7 +197,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "None if that number is right.",
         ),
         "several-time-columns": (
-            "More than one column tells the time, and they disagree. One was taken.",
+            "More than one column tells the time, and they disagree. One was taken; or `--dt` was, and the time column "
+            "was not read.",
             "Name the right one with `--time`.",
         ),
         "repeated-time": (
