@@ -22,9 +22,10 @@ from typing import Any
 import numpy as np
 from target import count, jobs, machines
 
-from dehyst.control import Adaptation, JointControllerParameters
-from dehyst.export import Subject, export, joint_subject
+from dehyst.export import Subject, export
 from dehyst.models import DirectInverse, ModelCard, Schedule, SignalCard
+from dehyst.robot.control import Adaptation, JointControllerParameters
+from dehyst.robot.export import joint_subject
 
 LIMIT = 2.0  # [us] on x86-64
 PERIODS = 150  # that are counted

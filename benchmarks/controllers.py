@@ -3,10 +3,10 @@
 python benchmarks/controllers.py [--plants maxwell-slip preisach dahl none] [--seeds 0 1 2] [--trials slow ...]
     [--controllers paper vo-minh ...] [--compensators paper maxwell-slip best] [--joint 1] [--arm] [--json FILE]
 
-All controllers run on the same calibrated joint, gains derived by the formulas of `dehyst.control.reviewed`; rms | max
-are means over the seeds, in degrees. --arm: the whole arm moves. Status 1 if the paper's controller with its model
-is not below every reviewed controller as it was published (vo-minh with maxwell-slip, the others without compensator)
-in the slow trial on a plant with hysteresis.
+All controllers run on the same calibrated joint, gains derived by the formulas of `dehyst.robot.control.reviewed`; rms
+| max are means over the seeds, in degrees. --arm: the whole arm moves. Status 1 if the paper's controller with its
+model is not below every reviewed controller as it was published (vo-minh with maxwell-slip, the others without
+compensator) in the slow trial on a plant with hysteresis.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from typing import Any
 
 import numpy as np
 
-from dehyst.control import SWITCHES, JointController, JointControllerParameters
-from dehyst.control.reviewed import CONTROLLERS, TUNED, derived_law
+from dehyst.robot.control import SWITCHES, JointController, JointControllerParameters
+from dehyst.robot.control.reviewed import CONTROLLERS, TUNED, derived_law
 from dehyst.robot.experiments.point import evaluate_point
 
 PLANTS = ("maxwell-slip", "preisach", "dahl", "none")

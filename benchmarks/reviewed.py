@@ -34,8 +34,8 @@ from studies.side_by_side import (
     with_model,
 )
 
-from dehyst.control.reviewed import CONTROLLERS, TUNED
 from dehyst.errors import SimulationError
+from dehyst.robot.control.reviewed import CONTROLLERS, TUNED
 
 RESULTS = Path(__file__).parent / "results" / "reviewed.json"
 TUNED_ON = {"plant": "maxwell-slip", "seed": 7}

@@ -26,8 +26,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
 from block_samples import sample, wishes
-from dehyst.control import SWITCHES, Block, JointController, JointControllerParameters, JointReference
 from dehyst.errors import ParameterError
+from dehyst.models import Block
+from dehyst.robot.control import SWITCHES, JointController, JointControllerParameters, JointReference
 from direct_export_samples import QUICK, random_direct
 from joint_oracles import PERIOD, Rig, reference_along
 

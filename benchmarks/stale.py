@@ -24,9 +24,9 @@ from pathlib import Path
 
 import numpy as np
 
-from dehyst.control.joint import FLAGS
 from dehyst.robot.arm.arm import Arm
 from dehyst.robot.arm.parameters import load_robot
+from dehyst.robot.control.joint import FLAGS
 from dehyst.robot.experiments import point
 from dehyst.robot.experiments.calibration import SPACING, excite, home
 from dehyst.robot.experiments.path import plan_path

@@ -30,11 +30,12 @@ from target.jobs import Array
 from target.machines import Machine
 
 from dehyst import PrandtlIshlinskii
-from dehyst.control import JointControllerParameters
-from dehyst.export import Subject, export, joint_subject, subject_of
+from dehyst.export import Subject, export, subject_of
 from dehyst.families import example
 from dehyst.families.table import ROWS
 from dehyst.models import ModelCard, SignalCard
+from dehyst.robot.control import JointControllerParameters
+from dehyst.robot.export import joint_subject
 
 BUDGET = Path(__file__).resolve().parents[1] / "src" / "dehyst" / "export" / "instructions.json"
 PLAYS, PER_PLAY = 14, 20

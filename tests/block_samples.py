@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dehyst.control import BLOCK_FLAGS, Block
+from dehyst.models import BLOCK_FLAGS, Block
 from dehyst.models.machine import started
 from oracles import random_walk
 from test_inverse import FAMILIES, make

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from dehyst.control import Adaptation
 from dehyst.models import DirectInverse, ModelCard, Schedule, SignalCard
+from dehyst.robot.control import Adaptation
 
 CARD = ModelCard(
     SignalCard("torque", "Nm", -60.0, 60.0), SignalCard("angle", "rad", -0.5, 0.5), {"verdict": "good for compensation"}

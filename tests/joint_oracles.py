@@ -106,7 +106,7 @@ def reference_along(time, amplitude=0.35, frequency=0.25):
 
 def closed_loop(controller, rig, reference, switches, spoil=lambda k, reading: reading):
     """Run a controller on a rig: true angles (T,) and the outputs; `spoil` may falsify readings."""
-    from dehyst.control import JointReference
+    from dehyst.robot.control import JointReference
 
     controller.reset(*rig.read())
     angles, outputs = [], []

@@ -5,10 +5,9 @@ import functools
 import numpy as np
 
 import dehyst
-from dehyst.control import JointControllerParameters
-from dehyst.export import joint_subject, subject_of
 from dehyst.export import st as target
-from direct_export_samples import QUICK, direct_model
+from dehyst.export import subject_of
+from direct_export_samples import direct_model
 from element_samples import element_model, random_elements, scheduled_model
 from export_samples import CARD, MODELS, play_model
 
@@ -16,7 +15,7 @@ from export_samples import CARD, MODELS, play_model
 @functools.cache
 def subjects():
     """Every kind of block in both precisions, with loops of one round, by the names of their types."""
-    controller, made = JointControllerParameters(), []
+    made = []
     single = dehyst.PrandtlIshlinskii([0.0], [1.5], card=CARD)
     dead = dehyst.PrandtlIshlinskii([0.2, 0.5], [1.0, 0.4], card=CARD)
     blocks = {name: make() for name, make in MODELS.items()} | {"single": single}
@@ -35,11 +34,7 @@ def subjects():
         made.append(subject_of(dead, "forward", name=f"dead_{real}", **given))
         for name, model in directs.items():
             made.append(subject_of(model, name=f"{name}_{real}", period=1e-3, **given))
-        made.append(joint_subject(MODELS["mapped"](), controller, name=f"joint_{real}", **given))
-        made.append(joint_subject(directs["direct"], controller, QUICK, name=f"learning_{real}", **given))
     made.append(subject_of(element_model(), name="retained", retain=True))
-    made.append(joint_subject(MODELS["mapped"](), controller, name="retained_joint", retain=True))
-    made.append(joint_subject(directs["direct"], controller, QUICK, name="retained_learning", retain=True))
     rng = np.random.default_rng(7)
     made += [subject_of(random_elements(rng), name=f"random_{k}") for k in range(6)]
     return {target.block_name(subject): subject for subject in made}

@@ -11,14 +11,14 @@ import mujoco
 import numpy as np
 import pytest
 
-from dehyst import _native
-from dehyst.control import FLAGS, JointController, JointReference
 from dehyst.errors import ParameterError, SimulationError
+from dehyst.robot import _native
 from dehyst.robot.arm import load_robot
 from dehyst.robot.arm.arm import Arm
 from dehyst.robot.arm.joints import pneumatic_joint_parameters
 from dehyst.robot.arm.rigid_body import arm_model
 from dehyst.robot.arm.runs import Reference
+from dehyst.robot.control import FLAGS, JointController, JointReference
 from experiment_samples import ALL_JOINTS, HOLDS, arm, controllers, same_bits, swing
 from plant_oracles import MaxwellSlip
 

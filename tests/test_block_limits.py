@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from block_samples import LIMITED, REJECTED, inverse_block, operator_of, plain, sample, wishes
 from dehyst import Block, PrandtlIshlinskii
-from dehyst.control import BLOCK_FLAGS
+from dehyst.models import BLOCK_FLAGS
 from oracles import random_walk
 from test_inverse import FAMILIES
 

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from block_samples import plain, sample
 from dehyst import Block, HysteresisModel, ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, StaticCurve
-from dehyst.control import BlockParameters
 from dehyst.errors import DehystError, InvertibilityError, ParameterError
+from dehyst.models import BlockParameters
 from dehyst.models.card import ModelCard, SignalCard
 from oracles import exact_pi, random_thresholds, random_walk
 from test_inverse import FAMILIES, make

@@ -307,6 +307,7 @@ def sensing(tmp_path_factory):
     shutil.copytree(package, folder / "dehyst", ignore=shutil.ignore_patterns("__pycache__", "core_sources"))
     shutil.copytree(ROOT / "plant", folder / "plant")
     shutil.copytree(ROOT / "src" / "native", folder / "native")
+    shutil.copytree(ROOT / "src" / "native_robot", folder / "native", dirs_exist_ok=True)
     kind, sensor = SENSOR_ROWS.splitlines(keepends=True)
     put_in(folder / "plant" / "sensors.h", r"\n#define PLANT_SENSORS\(", kind)
     put_in(folder / "plant" / "sensors.h", r"\n#endif", sensor)
@@ -314,7 +315,7 @@ def sensing(tmp_path_factory):
     put_in(arm / "tables.py", r"\n\n@dataclass\(frozen=True\)\nclass Base", SENSOR_KEYS)
     put_in(arm / "arm.toml", r"\n# The chain:", SENSOR_NUMBERS)
     (folder / "native" / "alone.cpp").write_text(
-        '#include "arrays.h"\nNB_MODULE(alone, m) { bind_plant(m); bind_robot(m); }\n', encoding="utf-8"
+        '#include "robot.h"\nNB_MODULE(alone, m) { bind_plant(m); bind_robot(m); }\n', encoding="utf-8"
     )
     home, native = Path(nanobind.include_dir()).parent, folder / "native"
     includes = [folder / "plant", *(ROOT / name for name in ("engine", "core", "reviewed"))]

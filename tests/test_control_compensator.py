@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dehyst import ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii
-from dehyst.control import Compensator, InverseCompensator, JointController, JointControllerParameters, along
 from dehyst.errors import DehystError, OutputError, ParameterError
+from dehyst.robot.control import Compensator, InverseCompensator, JointController, JointControllerParameters, along
 
 MODEL = PrandtlIshlinskii([0.0, 0.3, 0.8], [0.6, 0.2, 0.1])
 PATH = 0.5 * np.sin(np.linspace(0, 20, 400))

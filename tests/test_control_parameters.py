@@ -6,8 +6,9 @@ from dataclasses import FrozenInstanceError, asdict, replace
 import numpy as np
 import pytest
 
-from dehyst import _native
-from dehyst.control import (
+from dehyst.errors import ParameterError
+from dehyst.robot import _native
+from dehyst.robot.control import (
     FLAGS,
     SWITCHES,
     Adaptation,
@@ -16,7 +17,6 @@ from dehyst.control import (
     JointReference,
     Pneumatics,
 )
-from dehyst.errors import ParameterError
 
 JOINT = JointControllerParameters()
 BAD = [math.nan, math.inf, 1e300, "six", None, [1.0], 10**400]

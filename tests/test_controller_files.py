@@ -4,8 +4,14 @@ import json
 
 import pytest
 
-from dehyst.control import Adaptation, JointControllerParameters, load_adaptation, load_controller, save_controller
 from dehyst.errors import ModelFileError
+from dehyst.robot.control import (
+    Adaptation,
+    JointControllerParameters,
+    load_adaptation,
+    load_controller,
+    save_controller,
+)
 
 TOLD = JointControllerParameters(pole=5.0)
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dehyst.control import BLOCK_FLAGS, Block
 from dehyst.errors import InvertibilityError, ParameterError
 from dehyst.families import STARTS
 from dehyst.families.elements import Element, ElementModel
+from dehyst.models import BLOCK_FLAGS, Block
 from element_samples import CARD, element_model, random_elements, scheduled_model
 from test_block_images import with_number
 

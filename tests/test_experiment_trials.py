@@ -6,9 +6,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from dehyst.control import FLAGS, InverseCompensator
 from dehyst.errors import OutputError, ParameterError, SimulationError
 from dehyst.robot.arm.runs import Reference
+from dehyst.robot.control import FLAGS, InverseCompensator
 from dehyst.robot.experiments.calibration import refuse_failed
 from dehyst.robot.experiments.point import _unknown_history
 from dehyst.robot.experiments.trials import LOG_S, run_trial, trial_arm

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from dehyst import ModifiedPrandtlIshlinskii, MonotoneMap
-from dehyst.control import JointControllerParameters
-from dehyst.export import joint_subject, subject_of
+from dehyst.export import subject_of
 from dehyst.export.budget import budget
 from dehyst.families import example
 from dehyst.families.table import ROWS
 from dehyst.models import ModelCard, SignalCard
+from dehyst.robot.control import JointControllerParameters
+from dehyst.robot.export import joint_subject
 from direct_export_samples import direct_model
 from element_samples import element_model
 from export_samples import large_model, mapped_model

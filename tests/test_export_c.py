@@ -13,15 +13,17 @@ import pytest
 
 import dehyst
 from block_samples import operator_of
-from dehyst.control import Block, JointControllerParameters, load_controller, save_controller
 from dehyst.errors import ModelFileError, OutputError, ParameterError
-from dehyst.export import TARGETS, compilers, core_files, export, joint_subject, subject_of
-from dehyst.export.joint_run import joint_run
+from dehyst.export import TARGETS, compilers, core_files, export, subject_of
 from dehyst.export.names import check_name, identifier
 from dehyst.export.precision import in_real, inward, literal, pattern
 from dehyst.export.rendering import comment, string_literal
 from dehyst.export.signal import from_csv, same_bits, to_csv
 from dehyst.export.units import block_numbers
+from dehyst.models import Block
+from dehyst.robot.control import JointControllerParameters, load_controller, save_controller
+from dehyst.robot.export import joint_subject
+from dehyst.robot.export.joint_run import joint_run
 from export_samples import CARD, MODELS, large_model, mapped_model, play_model
 
 C_TARGETS = ("c", "c-header")

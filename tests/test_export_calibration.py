@@ -12,11 +12,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dehyst.control import Block, JointControllerParameters
 from dehyst.errors import ParameterError
-from dehyst.export import export, joint_subject, subject_of
+from dehyst.export import export, subject_of
 from dehyst.families import example
-from dehyst.models import ModelCard, SignalCard
+from dehyst.models import Block, ModelCard, SignalCard
+from dehyst.robot.control import JointControllerParameters
+from dehyst.robot.export import joint_subject
 from direct_export_samples import direct_model
 from export_samples import MODELS, mapped_model, play_model
 from test_export_c import WARNINGS, needs

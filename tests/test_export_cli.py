@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import dehyst
-from dehyst.control import JointControllerParameters, save_controller
 from dehyst.export import compilers
 from dehyst.io import write_csv
 from dehyst.models import ModelCard
+from dehyst.robot.control import JointControllerParameters, save_controller
 from export_samples import CARD, large_model, play_model
 
 pytestmark = pytest.mark.skipif(shutil.which("make") is None or shutil.which("cc") is None, reason="no make or cc")

@@ -11,12 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dehyst.cli import main
-from dehyst.control import BLOCK_FLAGS, Block
 from dehyst.errors import ParameterError
 from dehyst.export import export, subject_of, verify
 from dehyst.export.c import unit_files
 from dehyst.export.core_files import needed
-from dehyst.models import DirectInverse, ModelCard, SignalCard
+from dehyst.models import BLOCK_FLAGS, Block, DirectInverse, ModelCard, SignalCard
 from direct_export_samples import direct_model, random_direct
 from export_samples import needs_make
 

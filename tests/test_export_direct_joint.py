@@ -2,30 +2,21 @@
 
 import json
 import shutil
-import struct
 import subprocess
 from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from dehyst.cli import main
-from dehyst.control import Adaptation, JointController, JointControllerParameters, save_controller
-from dehyst.control.joint import FLAGS, SWITCHES, direct_parameters
 from dehyst.errors import ParameterError
-from dehyst.export import export, joint_subject, verify
-from dehyst.export.iec import load
-from dehyst.export.joint import controller_of
-from dehyst.export.joint_run import ANSWERS, joint_run
-from dehyst.export.numbers import direct_numbers
-from dehyst.export.st.joint import joint_block
-from dehyst.export.st.pou import siemens_scl, structured_text
-from dehyst.export.st.programs import Ports
-from direct_export_samples import QUICK, direct_model, random_adaptation, random_direct
+from dehyst.export import export, verify
+from dehyst.robot.control import Adaptation, JointController, JointControllerParameters, save_controller
+from dehyst.robot.control.joint import FLAGS, SWITCHES
+from dehyst.robot.export import joint_subject
+from dehyst.robot.export.joint_run import joint_run
+from direct_export_samples import QUICK, direct_model
 from export_samples import make_check, needs_make
-from test_export_st_joint import random_parameters, random_period
 
 TOLD = JointControllerParameters()
 CASES = {
@@ -42,34 +33,6 @@ def subject(case="scheduled", real="double", adaptation=QUICK):
     return joint_subject(direct_model(**CASES[case]), TOLD, adaptation, name="elbow", real=real)
 
 
-@pytest.mark.slow
-@settings(max_examples=10, deadline=None)
-@given(st.integers(0, 2**32 - 1), st.sampled_from([structured_text, siemens_scl]))
-def test_structured_text_has_the_bits_of_the_core(seed, form):
-    rng = np.random.default_rng(seed)
-    parameters, model, adaptation = random_parameters(rng), random_direct(rng), random_adaptation(rng)
-    controller = JointController(parameters, model, adaptation)
-    numbers = direct_numbers(direct_parameters(model, parameters.period))
-    block = joint_block("Elbow", "LREAL", parameters, None, "", numbers, adaptation.as_dict())
-    unit, ports = load(form(block)).new("Elbow"), Ports.of(block)
-    switches, readings = 0, [0.1, 3e5, 3e5]
-    for k in range(150):
-        frozen = readings
-        readings, reference = random_period(rng, k)
-        readings = frozen if rng.random() < 0.3 else readings
-        switches = int(rng.integers(0, 32)) if rng.random() < 0.05 else switches
-        restart = k == 0 or rng.random() < 0.02
-        if restart:
-            controller.reset(*readings)
-        out = controller.step(*readings, reference, switches)
-        row = dict(zip(ports.inputs, [*readings, *reference.as_tuple()], strict=True))
-        row |= {name: bool(switches & bit) for name, bit in ports.switches.items()}
-        found = unit.call(**row, Restart=restart)
-        expected = [getattr(out, name) for name in ANSWERS]
-        assert [struct.pack("d", found[x]) for x in ports.outputs] == [struct.pack("d", y) for y in expected]
-        assert found["FlagWord"] == out.flags
-
-
 @pytest.mark.parametrize("adaptation", [Adaptation(), QUICK])
 def test_the_recorded_run_learns_is_pushed_and_switches_position_control_off(adaptation):
     run = joint_run(TOLD, direct_model(), "double", adaptation)
@@ -82,7 +45,7 @@ def test_the_recorded_run_learns_is_pushed_and_switches_position_control_off(ada
     contact, doubt = run.outputs[:, 11], run.outputs[:, 12]
     assert np.abs(contact[950:1090]).mean() > 3 * np.abs(contact[700:890]).mean()
     assert doubt[0] > doubt[800] > 0  # the past becomes known
-    controller = controller_of(subject(adaptation=adaptation))
+    controller = JointController(TOLD, direct_model(), adaptation)
     controller.reset(*run.inputs[0, :3])
     controller.run(*run.inputs[:1000, :3].T, run.inputs[:1000, 3:], run.switch[:1000])
     assert np.abs(controller.scales - 1).max() > 1e-3
@@ -99,7 +62,7 @@ def test_exported_c_checks_itself(case, tmp_path):
 
 @pytest.mark.slow
 @needs_make
-@pytest.mark.parametrize("target", ["c-header", "fmu2", "fmu3", "simulink", "st"])
+@pytest.mark.parametrize("target", ["c-header", "fmu2", "fmu3", "simulink"])
 @pytest.mark.parametrize("real", ["double", "float"])
 @pytest.mark.usefixtures("one_compiler")
 def test_every_target_verifies(target, real, tmp_path):

@@ -11,9 +11,10 @@ import pytest
 import dehyst
 from dehyst.cli import main
 from dehyst.errors import ParameterError
-from dehyst.export import export, joint_subject, subject_of, verify
+from dehyst.export import export, subject_of, verify
 from dehyst.families import example
 from dehyst.families.elements import Element, ElementModel
+from dehyst.robot.export import joint_subject
 from element_samples import element_model, random_elements, scheduled_model
 from export_samples import make_check, needs_make, play_model
 
@@ -140,7 +141,7 @@ def test_what_a_sum_cannot_be_exported_as_is_refused(tmp_path):
         subject_of(play_model(), name="unit_1", period=-0.1)
     with pytest.raises(ParameterError, match=r"too long|switching"):
         subject_of(element_model(), name="unit_1", real="float", ramp=10_000_000)
-    parameters = dehyst.control.JointControllerParameters
+    parameters = dehyst.robot.control.JointControllerParameters
     with pytest.raises(ParameterError, match="joint controller holds"):
         joint_subject(element_model(), parameters, name="unit_1")
 

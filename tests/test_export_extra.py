@@ -8,11 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from dehyst.control import JointControllerParameters
-from dehyst.export import core_files, export, joint_subject, subject_of, verify
+from dehyst.export import core_files, export, subject_of, verify
 from dehyst.export.extra import deviations
 from dehyst.export.requirements import REQUIREMENTS
 from dehyst.models import ModelCard, SignalCard
+from dehyst.robot.control import JointControllerParameters
+from dehyst.robot.export import joint_subject
 from direct_export_samples import direct_model
 from export_samples import mapped_model, play_model
 from test_export_c import C_TARGETS, needs, run

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import dehyst
-from dehyst.control import Block, JointControllerParameters
 from dehyst.errors import ParameterError
-from dehyst.export import export, joint_subject, subject_of, verify
+from dehyst.export import export, subject_of, verify
 from dehyst.export.precision import FLOAT_LIMIT
-from dehyst.models import ModelCard, SignalCard
+from dehyst.models import Block, ModelCard, SignalCard
+from dehyst.robot.control import JointControllerParameters
+from dehyst.robot.export import joint_subject
 from export_samples import MODELS, play_model
 
 CARD = ModelCard(SignalCard("voltage", "V", -1.0, 1.0), SignalCard("travel", "um", -1.0, 1.0), {})

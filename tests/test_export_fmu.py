@@ -24,8 +24,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dehyst.control import Block, JointControllerParameters
-from dehyst.export import Check, export, joint_subject, subject_of, verify
+from dehyst.export import Check, export, subject_of, verify
 from dehyst.export.compilers import check_folder
 from dehyst.export.fmu import sources
 from dehyst.export.fmu.description import Description, Variable, base_unit, model_description, placed
@@ -37,7 +36,9 @@ from dehyst.export.fmu.terminals import picture
 from dehyst.export.fmu.verification import run
 from dehyst.export.signal import same_bits
 from dehyst.families import example
-from dehyst.models import ModelCard, ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, SignalCard
+from dehyst.models import Block, ModelCard, ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, SignalCard
+from dehyst.robot.control import JointControllerParameters
+from dehyst.robot.export import joint_subject
 from dehyst.units import TABLE
 from export_samples import make_check
 from fmu_tools import CC, COMPILED, NEEDS_COMPILER, fmpy, quickly, readme_commands, readme_simulation, run_sequences

@@ -5,12 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from dehyst.control import SWITCHES, JointControllerParameters
 from dehyst.errors import OutputError
-from dehyst.export import export, joint_subject, verify
+from dehyst.export import export, verify
 from dehyst.export.fmu.loader import Instance
-from dehyst.export.joint_run import REFERENCE, SENSORS
 from dehyst.models import PrandtlIshlinskii
+from dehyst.robot.control import SWITCHES, JointControllerParameters
+from dehyst.robot.export import joint_subject
+from dehyst.robot.export.joint_run import REFERENCE, SENSORS
 from fmu_tools import NEEDS_COMPILER, fmpy, quickly, readme_commands, readme_simulation, run_sequences
 
 pytestmark = NEEDS_COMPILER

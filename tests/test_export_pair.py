@@ -7,9 +7,11 @@ from dataclasses import replace
 
 import pytest
 
-from dehyst.app.export import pair_findings
 from dehyst.cli import main
-from dehyst.control import (
+from dehyst.errors import ModelFileError
+from dehyst.models import DirectInverse, ModelCard, PrandtlIshlinskii, SignalCard, load
+from dehyst.models.storage import model_to_dict
+from dehyst.robot.control import (
     Adaptation,
     JointControllerParameters,
     load_adaptation,
@@ -17,9 +19,7 @@ from dehyst.control import (
     load_partner,
     save_controller,
 )
-from dehyst.errors import ModelFileError
-from dehyst.models import DirectInverse, ModelCard, PrandtlIshlinskii, SignalCard, load
-from dehyst.models.storage import model_to_dict
+from dehyst.robot.export.kind import KIND
 from export_samples import play_model
 
 CARD = ModelCard(SignalCard("sheared", "bar", -3.0, 3.0), SignalCard("angle", "rad", -0.6, 0.6))
@@ -73,7 +73,7 @@ def test_a_controller_of_another_model_is_refused_by_name_before_anything_is_wri
 )
 def test_without_a_checksum_a_shear_that_does_not_go_with_the_model_is_named(place, model, shear, warned):
     path = save_controller(JointControllerParameters(shear=shear), place / "controller.json")
-    found = pair_findings(model, place / "model.json", path)
+    found = KIND.pair_findings(model, place / "model.json", path)
     assert [finding.code for finding in found] == ["pair-doubtful"] * warned
 
 

@@ -10,11 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from dehyst.control import JointControllerParameters
-from dehyst.export import export, joint_subject, subject_of
+from dehyst.export import export, subject_of
 from dehyst.export.fmu import sources
 from dehyst.export.fmu.companions import companions
 from dehyst.export.fmu.package import package
+from dehyst.robot.control import JointControllerParameters
+from dehyst.robot.export import joint_subject
 from direct_export_samples import direct_model
 from element_samples import scheduled_model
 from export_samples import mapped_model, play_model

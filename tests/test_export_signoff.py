@@ -13,11 +13,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from dehyst import __version__
-from dehyst.control import JointControllerParameters
 from dehyst.errors import DehystError
-from dehyst.export import compilers, export, joint_subject, read_manifest, subject_of, verification
+from dehyst.export import compilers, export, read_manifest, subject_of, verification
 from dehyst.export.fmu import sources
 from dehyst.models import DirectInverse
+from dehyst.robot.control import JointControllerParameters
+from dehyst.robot.export import joint_subject
 from export_samples import CARD, mapped_model, needs_make, play_model
 
 pytestmark = needs_make

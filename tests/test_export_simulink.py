@@ -7,9 +7,10 @@ import subprocess
 import numpy as np
 import pytest
 
-from dehyst.control import JointControllerParameters
-from dehyst.export import export, joint_subject, subject_of, verify
+from dehyst.export import export, subject_of, verify
 from dehyst.export.signal import to_hex
+from dehyst.robot.control import JointControllerParameters
+from dehyst.robot.export import joint_subject
 from export_samples import large_model, make_check, mapped_model, needs_make
 
 SUBJECTS = {

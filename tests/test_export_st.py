@@ -1,6 +1,5 @@
 """Structured Text has the bits of the core: random models, random samples, each form, in the own checker."""
 
-import functools
 import math
 import os
 import re
@@ -13,10 +12,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import dehyst
-from dehyst.control import JointControllerParameters, save_controller
-from dehyst.control.block import Block
 from dehyst.errors import DehystError
-from dehyst.export import export, joint_subject, subject_of, verify
+from dehyst.export import export, subject_of, verify
 from dehyst.export import st as target
 from dehyst.export.iec import load
 from dehyst.export.names import RESERVED, type_name
@@ -35,9 +32,11 @@ from dehyst.export.st.pou import (
     twincat_source,
 )
 from dehyst.export.units import block_numbers
-from direct_export_samples import QUICK, direct_model
+from dehyst.models.block import Block
+from dehyst.robot.control import JointControllerParameters, save_controller
+from direct_export_samples import direct_model
 from element_samples import element_model
-from export_samples import MODELS, play_model
+from export_samples import play_model
 from st_samples import subjects
 
 FORMS = {
@@ -410,69 +409,21 @@ def test_a_power_cycle_keeps_the_states_of_a_retained_block_and_begins_all_other
             assert [bits(float(x)) for x in out.values()] == [bits(float(x)) for x in expected.values()], k
 
 
-@pytest.mark.parametrize("form", sorted(FORMS))
-@pytest.mark.parametrize("case", ["plays", "learning"])
-def test_a_power_cycle_keeps_what_a_retained_joint_knows_of_its_muscles_and_nothing_of_its_motion(case, form):
-    model, far, memory = {
-        "plays": (MODELS["mapped"](), 3, ("States", "CompensatorOutput")),
-        "learning": (
-            direct_model(),
-            300,
-            ("WantedLow", "SeenLow", "SeenLag", "LearnedScale", "AppliedScale", "UsualError"),
-        ),
-    }[case]
-    subject = joint_subject(model, JointControllerParameters(), QUICK, name="unit", retain=True)
-    library = load(FORMS[form](target.function_block_of(subject, "Unit1")))
-    ports, signal = target.ports_of(subject), subject.test
-    unit, first = library.new("Unit1"), library.new("Unit1")
-    for k in range(far):
-        ports.call(unit, signal, k)
-    known = {name: unit.value(name) for name in memory}
-    assert all(first.value(name) != value for name, value in known.items())
-    assert unit.value("ObservedVelocity") != 0.0
-    broken = library.cycled(unit)
-    while not broken.value("Failed"):
-        broken.call(Angle=math.nan)
-    again, restarted = library.cycled(broken), library.cycled(unit)
-    assert not again.value("Failed")
-    again = library.cycled(unit)
-    assert {name: again.value(name) for name in memory} == known
-    seen, fresh = ports.call(again, signal, far), ports.call(first, signal, far)
-    motion = ("ObservedAngle", "ObservedVelocity", "ObservedLoad", "IntegratorTorque", "Failed")
-    assert [seen[name] for name in motion] == [fresh[name] for name in motion]
-    ports.call(unit, signal, far)
-    kept = {"plays": "States", "learning": "LearnedScale"}[case]
-    assert again.value(kept) == (unit.value(kept) if case == "plays" else known[kept]) != first.value(kept)
-    restarted.call(**dict(zip(ports.inputs, signal.inputs[far], strict=True)), Restart=True)
-    assert restarted.value(kept) == first.value(kept)
-
-
 def test_a_header_says_what_happens_after_a_power_cycle():
-    told = {
-        (case, retain): target.function_block_of(make(name="unit", retain=retain), "Unit1").comment
-        for case, make in (
-            ("block", functools.partial(subject_of, play_model())),
-            ("joint", functools.partial(joint_subject, play_model(), JointControllerParameters())),
-        )
-        for retain in (False, True)
-    }
-    assert all("After a power cycle: " in text for text in told.values())
-    assert {key: "VAR RETAIN" in text for key, text in told.items()} == {key: key[1] for key in told}
-    assert len(set(told.values())) == 4
+    comments = {}
+    for retain in (False, True):
+        unit = subject_of(play_model(), name="unit", retain=retain)
+        comments[retain] = target.function_block_of(unit, "Unit1").comment
+    assert all("After a power cycle: " in text for text in comments.values())
+    assert {retain: "VAR RETAIN" in text for retain, text in comments.items()} == {False: False, True: True}
 
 
-@pytest.mark.slow
-def test_a_joint_is_retained_by_the_command_and_verified_and_a_target_without_such_memory_refuses(run, tmp_path):
+def test_a_joint_controller_is_refused_by_the_command_with_a_target_that_takes_it(run, tmp_path):
     play_model().save(tmp_path / "rig.json")
     save_controller(JointControllerParameters(), tmp_path / "controller.json")
-    joint = ("--what", "joint-controller", "--controller", tmp_path / "controller.json", "--retain")
-    status, _, err = run("export", tmp_path / "rig.json", "--out", tmp_path / "out", *joint, "--target", "c")
-    assert status == 2 and "only a PLC has memory" in " ".join(err.split())
+    joint = ("--what", "joint-controller", "--controller", tmp_path / "controller.json")
     status, _, err = run("export", tmp_path / "rig.json", "--out", tmp_path / "out", *joint, "--target", "st")
-    assert status == 0, err
-    assert "are in VAR RETAIN" in " ".join((tmp_path / "out" / "README.md").read_text().split())
-    checks = verify(tmp_path / "out")
-    assert [check.status for check in checks] == ["passed"] * len(checks), checks
+    assert status == 2 and "joint-controller" in err and not (tmp_path / "out").exists()
 
 
 @pytest.mark.slow

@@ -6,16 +6,14 @@ import struct
 import numpy as np
 import pytest
 
-from dehyst.control import JointControllerParameters
-from dehyst.export import joint_subject, subject_of
 from dehyst.export import st as target
+from dehyst.export import subject_of
 from dehyst.export.iec import load
 from dehyst.export.st.pou import structured_text
 from dehyst.export.st.programs import Ports
 from dehyst.export.st.verification import run
 from st_by_grammar import Compiled
 from test_export_st import random_model
-from test_export_st_joint import MODEL
 
 pytest.importorskip("tree_sitter_iec61131_3_st", reason="pip install tree-sitter tree-sitter-iec61131-3-st")
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
@@ -42,15 +40,6 @@ def compare(subject, folder):
 def test_blocks(tmp_path, what, real, seed):
     model = random_model(np.random.default_rng(seed), maps=real == "double")
     subject = subject_of(model, what, name="unit", real=real, range=(-1.2, 1.5), ramp=30)
-    found = compare(subject, tmp_path)
-    if real == "double":
-        assert np.array_equal(found.view(np.uint64), subject.test.outputs.view(np.uint64))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("real", ["double", "float"])
-def test_joint_controllers(tmp_path, real):
-    subject = joint_subject(MODEL, JointControllerParameters(), name="elbow", real=real)
     found = compare(subject, tmp_path)
     if real == "double":
         assert np.array_equal(found.view(np.uint64), subject.test.outputs.view(np.uint64))

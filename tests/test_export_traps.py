@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 import dehyst
-from dehyst.control import JointControllerParameters
 from dehyst.errors import ParameterError, UnitError
-from dehyst.export import export, joint_subject, subject_of
-from dehyst.export.joint import in_radians, unit_findings
+from dehyst.export import export, subject_of
 from dehyst.export.names import check_name, identifier, why_prefixed
 from dehyst.export.rendering import comment
 from dehyst.models import ModelCard
+from dehyst.robot.control import JointControllerParameters
+from dehyst.robot.export import joint_subject
+from dehyst.robot.export.joint import in_radians, unit_findings
 from export_samples import CARD, MODELS, play_model
 
 X = np.random.default_rng(0).uniform(-1.0, 2.0, 300)

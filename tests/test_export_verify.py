@@ -9,10 +9,11 @@ import zipfile
 import numpy as np
 import pytest
 
-from dehyst.control import JointControllerParameters
 from dehyst.errors import OutputError
-from dehyst.export import compilers, export, joint_subject, subject_of, verification
+from dehyst.export import compilers, export, subject_of, verification
 from dehyst.models import ModelCard
+from dehyst.robot.control import JointControllerParameters
+from dehyst.robot.export import joint_subject
 from export_samples import CARD, mapped_model, play_model
 from fmu_tools import quickly
 

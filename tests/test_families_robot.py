@@ -7,13 +7,13 @@ import pytest
 
 import dehyst
 from dehyst import PrandtlIshlinskii, StopOperatorModel
-from dehyst.control import Compensator, along
 from dehyst.errors import OutputError, ParameterError
-from dehyst.families import InverseLoop, LoopCompensator, ModelMechanism, example, names
+from dehyst.families import InverseLoop, example, names
 from dehyst.families.dahl import Dahl
 from dehyst.families.loop_work import work
-from dehyst.families.mechanism import STROKES
 from dehyst.robot.arm import Mechanism
+from dehyst.robot.control import Compensator, LoopCompensator, ModelMechanism, along
+from dehyst.robot.control.mechanism import STROKES
 from dehyst.robot.experiments.trials import run_trial
 
 NAMES = pytest.mark.parametrize("name", names())

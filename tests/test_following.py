@@ -9,10 +9,9 @@ import pytest
 
 import dehyst
 from dehyst import _native
-from dehyst.control import BLOCK_FLAGS
 from dehyst.errors import ParameterError
 from dehyst.export import export, subject_of, verify
-from dehyst.models import DirectInverse, ModelCard, SignalCard
+from dehyst.models import BLOCK_FLAGS, DirectInverse, ModelCard, SignalCard
 from dehyst.models.offset import width
 from element_samples import element_model
 from export_samples import needs_make, play_model

@@ -193,8 +193,8 @@ def test_a_drift_is_not_told_from_a_mass_where_the_model_has_a_force(run, folder
 
 
 def test_a_joint_controller_refuses_a_load_that_is_a_mass():
-    from dehyst.control.joint import in_si
     from dehyst.models import DirectInverse, ModelCard, Schedule, SignalCard
+    from dehyst.robot.control.joint import in_si
 
     card = ModelCard(SignalCard("torque", "Nm"), SignalCard("angle", "deg"))
     for unit in ("kg", "g"):

@@ -11,8 +11,9 @@ import pytest
 
 import dehyst
 from dehyst import _native
-from dehyst.control import Adaptation, JointControllerParameters
 from dehyst.families.elements import Element, ElementModel
+from dehyst.robot import _native as _robot
+from dehyst.robot.control import Adaptation, JointControllerParameters
 from direct_export_samples import direct_model
 from export_samples import play_model
 
@@ -51,9 +52,9 @@ def long_calls():
     rows = np.arange(0, n, n // 50)
     everett = np.zeros((200, 200))
     knots = np.linspace(-1, 1, 200)
-    block = dehyst.control.Block(play_model())
+    block = dehyst.models.Block(play_model())
     model = direct_model(schedules=0)
-    joint = _native.JointController(JointControllerParameters().as_dict(), None, None, Adaptation().as_dict(), None)
+    joint = _robot.JointController(JointControllerParameters().as_dict(), None, None, Adaptation().as_dict(), None)
     gram = _native.Gram(np.linspace(0, 0.9, 1000), np.zeros(1000), 1)
     linear = np.array([1.0, 0.1, 1.0, 0.0])
     element = np.tile(ELEMENT, 20)
@@ -151,7 +152,7 @@ def test_a_long_call_stops_when_it_is_asked_to(name):
 
 def test_every_loop_of_the_binding_can_be_stopped():
     """A function that frees the interpreter for its work asks afterwards whether it was stopped."""
-    for path in sorted((Path(__file__).parents[1] / "src" / "native").glob("*.cpp")):
+    for path in sorted((Path(__file__).parents[1] / "src").glob("native*/*.cpp")):
         text = path.read_text(encoding="utf-8")
         freed = len(re.findall(r"gil_scoped_release \w+;|const Turn \w+\(.*\);\n.*_run\(", text))
         assert text.count("raise_if_stopped();") >= freed - 3 * (path.name == "text.cpp"), path.name

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dehyst import PrandtlIshlinskii
-from dehyst.control import (
+from dehyst.robot.control import (
     SWITCHES,
     InverseCompensator,
     JointController,

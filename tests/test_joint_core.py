@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from dehyst import PrandtlIshlinskii
-from dehyst.control import FLAGS, JointController, JointControllerParameters, JointReference
 from dehyst.errors import ParameterError
+from dehyst.robot.control import FLAGS, JointController, JointControllerParameters, JointReference
 from joint_oracles import PERIOD, reference_along
 from test_core_build import CORE, SOURCES, STRICT, run, tool
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dehyst.control import FLAGS, SWITCHES, JointController, JointControllerParameters, JointReference
+from dehyst.robot.control import FLAGS, SWITCHES, JointController, JointControllerParameters, JointReference
 from joint_oracles import PERIOD, Rig, closed_loop, column, reference_along
 
 JOINT = JointControllerParameters(frozen_samples=100, hold_samples=40)

@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dehyst import PrandtlIshlinskii, _native
-from dehyst.control import Adaptation, JointController, JointControllerParameters, JointOutput, JointReference
+from dehyst.robot import _native as _robot
+from dehyst.robot.control import Adaptation, JointController, JointControllerParameters, JointOutput, JointReference
 
 JOINT = JointControllerParameters()
 MODEL = PrandtlIshlinskii([0.0, 0.3, 0.8], [0.6, 0.2, 0.1]).inverse()
@@ -84,7 +85,7 @@ def test_limits_hold_for_every_finite_parameter(data):
         hostile["volume"] = [data.draw(st.lists(NUMBER, min_size=1, max_size=4)) for _ in range(2)]
     for name in data.draw(st.lists(st.sampled_from(list(hostile["pneumatics"])), max_size=3)):
         hostile["pneumatics"][name] = data.draw(NUMBER)
-    controller = _native.JointController(hostile, MODEL.stepper().parameters, None, Adaptation().as_dict())
+    controller = _robot.JointController(hostile, MODEL.stepper().parameters, None, Adaptation().as_dict())
     rng = np.random.default_rng(0)
     controller.reset(0.0, 3e5, 3e5)
     for k in range(20):

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dehyst.control import JointController, JointControllerParameters, JointReference
+from dehyst.robot.control import JointController, JointControllerParameters, JointReference
 from joint_oracles import PERIOD
 
 # Q = B dp exactly, so that the torque is known and the load is all that is left to be found.

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dehyst.control import FLAGS, SWITCHES, JointController, JointControllerParameters, JointReference
+from dehyst.robot.control import FLAGS, SWITCHES, JointController, JointControllerParameters, JointReference
 from joint_oracles import PERIOD, Rig, closed_loop, column, reference_along
 
 JOINT = JointControllerParameters(frozen_samples=0)  # sensors of ideal joints stand still

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dehyst import _native
-from dehyst.control import JointController, JointControllerParameters, JointReference, Pneumatics
+from dehyst.robot import _native
+from dehyst.robot.control import JointController, JointControllerParameters, JointReference, Pneumatics
 from joint_oracles import AMBIENT, PERIOD, RT, SUPPLY, Chamber, N, flow, opened, psi, quantised
 
 AIR = asdict(Pneumatics())

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dehyst.control import SWITCHES, Adaptation, JointController, JointControllerParameters, JointReference
 from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse, ModelCard, SignalCard
+from dehyst.robot.control import SWITCHES, Adaptation, JointController, JointControllerParameters, JointReference
 
 CARD = ModelCard(SignalCard("torque", "Nm", -20.0, 20.0), SignalCard("angle", "rad", -0.7, 0.7))
 MODEL = DirectInverse(

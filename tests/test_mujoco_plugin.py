@@ -224,7 +224,7 @@ def test_commands_that_are_no_numbers_do_not_poison_the_state(tmp_path, monkeypa
 @pytest.mark.parametrize(("number", "types"), [(1, ("dmsp40", "mpye")), (6, ("dmsp20", "mpye_small"))])
 def test_named_muscles_and_valves_are_those_of_the_robot(number, types):
     robot = load_robot(conditions="kind", changes={"tolerance.force": 0, "tolerance.hysteresis": 0})
-    text = (ROOT / "src" / "native" / "named_muscles.inc").read_text(encoding="utf-8")
+    text = (ROOT / "src" / "native_robot" / "named_muscles.inc").read_text(encoding="utf-8")
     rows = re.findall(r'\{"(\w*)", "(\w+)",\s*((?:"[^"]*"\s*)+)\}', text)
     named = {key: re.sub(r'"\s*"|^"|"\s*$', "", value) for kind, key, value in rows if kind in ("", *types)}
     assert named.pop("muscle") == "dmsp40" and named.pop("valve") == "mpye"

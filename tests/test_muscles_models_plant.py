@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from dehyst.control import SWITCHES, JointControllerParameters
 from dehyst.errors import ParameterError
 from dehyst.robot.arm import load_robot
 from dehyst.robot.arm.joints import run_pressures
 from dehyst.robot.arm.mechanisms import Mechanism
+from dehyst.robot.control import SWITCHES, JointControllerParameters
 from dehyst.robot.muscles import MuscleMechanism, joint_characteristic, muscle, names
 
 PERIOD = 5e-4

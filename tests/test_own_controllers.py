@@ -11,9 +11,9 @@ import pytest
 
 import dehyst
 from dehyst.app.reproduce import QUICK
-from dehyst.control import SWITCHES, JointController, JointControllerParameters
 from dehyst.errors import OutputError, ParameterError
 from dehyst.robot.arm import Arm, Drives, JointBench, Reference, load_robot
+from dehyst.robot.control import SWITCHES, JointController, JointControllerParameters
 from dehyst.robot.experiments.equipment import equip
 from dehyst.robot.experiments.trials import trial_arm
 from dehyst.robot.report import write_reproduction_report
@@ -83,9 +83,11 @@ def test_what_a_bench_runs_is_what_its_steps_give():
     seen, angles = other.sense()[0], []
     for row in swing().sampled(other.period).values[:-1, 0]:
         if not one.starts:
-            one.reset(dehyst.control.Reading(*seen), other.period)
+            one.reset(dehyst.robot.control.Reading(*seen), other.period)
         angles.append(other.angles[0])
-        seen = other.step([one.step(dehyst.control.Reading(*seen), dehyst.control.JointReference(*row[:7]))])[0]
+        seen = other.step(
+            [one.step(dehyst.robot.control.Reading(*seen), dehyst.robot.control.JointReference(*row[:7]))]
+        )[0]
     assert np.array_equal(log.angle[:, 0], angles) and np.ptp(angles) > 0.2
 
 
@@ -136,7 +138,7 @@ def test_commands_beyond_the_valves_are_limited_and_flagged():
     robot = load_robot()
     logs = [JointBench(robot, 1, controller=Answers(a)).run(swing(seconds=0.1), 0.01) for a in ((7.0, -7.0), (1, -1))]
     assert np.array_equal(logs[0].angle, logs[1].angle)
-    flag = dehyst.control.FLAGS["valve-limit"]
+    flag = dehyst.robot.control.FLAGS["valve-limit"]
     assert (logs[0].flags == flag).all() and not logs[1].flags.any()
 
 

@@ -7,8 +7,9 @@ import pytest
 
 import dehyst
 from dehyst import _native
-from dehyst.control import Block, JointController, JointControllerParameters
-from dehyst.models import DirectInverse
+from dehyst.models import Block, DirectInverse
+from dehyst.robot import _native as _robot
+from dehyst.robot.control import JointController, JointControllerParameters
 from export_samples import play_model
 from in_one import in_one
 
@@ -22,7 +23,12 @@ RUNNING = {
 
 
 def test_every_class_with_an_image_refuses():
-    kept = [kind for kind in vars(_native).values() if hasattr(kind, "save") and hasattr(kind, "restore")]
+    kept = [
+        kind
+        for part in (_native, _robot)
+        for kind in vars(part).values()
+        if hasattr(kind, "save") and hasattr(kind, "restore")
+    ]
     assert {kind.__name__ for kind in kept} > RUNNING.keys()
     assert all("__reduce__" in vars(kind) for kind in kept)
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from dehyst import PrandtlIshlinskii
-from dehyst.control import SWITCHES, JointController, JointControllerParameters, JointReference
 from dehyst.errors import ParameterError
+from dehyst.robot.control import SWITCHES, JointController, JointControllerParameters, JointReference
 
 pytest.importorskip("mujoco", reason="needs the extra plant: pip install 'dehyst[plant]'")
 

@@ -5,10 +5,10 @@ import weakref
 
 import numpy as np
 import pytest
+from dehyst.robot._native import PneumaticJoint, muscle_force
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dehyst._native import PneumaticJoint, muscle_force
 from dehyst.errors import ParameterError
 from dehyst.robot.arm import mechanisms
 from dehyst.robot.arm.joints import run_pressures

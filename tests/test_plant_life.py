@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from dehyst.robot._native import PneumaticJoint
 
-from dehyst import _native
-from dehyst._native import PneumaticJoint
-from dehyst.control import SWITCHES, JointControllerParameters
+from dehyst.robot import _native
 from dehyst.robot.arm import Arm, JointBench, Reference, load_robot
 from dehyst.robot.arm.joints import pneumatic_joint_parameters
 from dehyst.robot.arm.runs import FAULTS
+from dehyst.robot.control import SWITCHES, JointControllerParameters
 from dehyst.robot.experiments.calibration import controller_parameters, nominal_characteristic
 from plant_samples import BUILT_IN, joint, parameters
 

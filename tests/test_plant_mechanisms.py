@@ -4,10 +4,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from dehyst.robot._native import PLANT_TURNS, everett, hysteresis_force
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dehyst._native import PLANT_TURNS, everett, hysteresis_force
 from dehyst.errors import ParameterError
 from dehyst.robot.arm import mechanisms
 from plant_oracles import MaxwellSlip, Relays

@@ -7,12 +7,12 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pytest
 
-from dehyst.control import FLAGS, SWITCHES
-from dehyst.control.reviewed import CONTROLLERS, LAWS, PidController
 from dehyst.errors import ParameterError
 from dehyst.robot.arm import load_robot
 from dehyst.robot.arm.arm import Arm
 from dehyst.robot.arm.runs import FAULTS, Reference
+from dehyst.robot.control import FLAGS, SWITCHES
+from dehyst.robot.control.reviewed import CONTROLLERS, LAWS, PidController
 from dehyst.robot.experiments import calibration, point
 from dehyst.robot.experiments import equipment as kits
 from dehyst.robot.experiments.reproduce import Request, _check, reproduce

@@ -8,8 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dehyst.control import FLAGS, SWITCHES, JointController, JointControllerParameters, JointReference
-from dehyst.control.reviewed import (
+from dehyst.errors import ParameterError
+from dehyst.models import DirectInverse, PrandtlIshlinskii
+from dehyst.robot.control import FLAGS, SWITCHES, JointController, JointControllerParameters, JointReference
+from dehyst.robot.control.reviewed import (
     CONTROLLERS,
     LAWS,
     TUNED,
@@ -20,8 +22,6 @@ from dehyst.control.reviewed import (
     derived_law,
     stiffness_and_slope,
 )
-from dehyst.errors import ParameterError
-from dehyst.models import DirectInverse, PrandtlIshlinskii
 
 P = JointControllerParameters()
 POSITION, INTEGRATOR, COMPENSATOR = (SWITCHES[name] for name in ("position", "integrator", "compensator"))

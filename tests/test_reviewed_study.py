@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dehyst.control.reviewed import CONTROLLERS, TUNED, VoMinhController
 from dehyst.errors import ParameterError
 from dehyst.families import names
+from dehyst.robot.control.reviewed import CONTROLLERS, TUNED, VoMinhController
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dehyst.control import Adaptation
 from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse, ModelCard, SignalCard
 from dehyst.robot.arm.parameters import load_robot
 from dehyst.robot.arm.runs import FAULTS, Reference
+from dehyst.robot.control import Adaptation
 from dehyst.robot.experiments.calibration import calibrate
 from dehyst.robot.experiments.path import plan_path
 

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dehyst.robot._native import PneumaticJoint
 from numpy.polynomial import Polynomial
 from numpy.polynomial.polynomial import polyval
 
-from dehyst._native import PneumaticJoint
 from dehyst.errors import ParameterError
 from dehyst.robot.arm import load_robot
 from dehyst.robot.arm import rigid_body as rb

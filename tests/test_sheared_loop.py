@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 import dehyst
 from dehyst import PrandtlIshlinskii, Recording, ShearedPrandtlIshlinskii, StopOperatorModel
 from dehyst.cli import app
-from dehyst.control import InverseCompensator, JointController, JointControllerParameters
 from dehyst.errors import InvertibilityError, ParameterError
 from dehyst.identification import choose_shear
+from dehyst.robot.control import InverseCompensator, JointController, JointControllerParameters
 
 RESOLUTION = 2 * np.pi / 2**17  # of the arm's encoders [rad]
 

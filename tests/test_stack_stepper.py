@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from dehyst import ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, StaticCurve, StopOperatorModel, _native
-from dehyst.control import Adaptation, JointControllerParameters
 from dehyst.errors import ParameterError
 from dehyst.models import StackStepper, Stepper
 from dehyst.models.base import DENSE_UP_TO
+from dehyst.robot import _native as _robot
+from dehyst.robot.control import Adaptation, JointControllerParameters
 from oracles import random_thresholds, random_walk, random_weights
 
 BAD = (math.nan, -math.nan, math.inf, -math.inf, 1e300, -1e300, math.nextafter(_native.INPUT_LIMIT, math.inf))
@@ -212,7 +213,7 @@ def test_a_compensator_of_the_joint_controller_may_come_from_either():
     model = PrandtlIshlinskii([0.0, 0.3, 0.8], [0.6, 0.2, 0.1]).inverse()
     parameters = JointControllerParameters(frozen_samples=0).as_dict()
     controllers = [
-        _native.JointController(parameters, model.stepper(m).parameters, None, Adaptation().as_dict())
+        _robot.JointController(parameters, model.stepper(m).parameters, None, Adaptation().as_dict())
         for m in ("dense", "logarithmic")
     ]
     runs = []

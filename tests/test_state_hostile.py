@@ -12,9 +12,15 @@ import pytest
 
 from block_samples import inverse_block, wishes
 from dehyst import PrandtlIshlinskii
-from dehyst.control import Adaptation, JointControllerParameters, load_adaptation, load_controller, save_controller
-from dehyst.control.storage import _checksum, load_partner
 from dehyst.errors import DehystError
+from dehyst.robot.control import (
+    Adaptation,
+    JointControllerParameters,
+    load_adaptation,
+    load_controller,
+    save_controller,
+)
+from dehyst.robot.control.storage import _checksum, load_partner
 from test_block_images import signed
 from test_learning import LEARNS, JointReference, in_bounds, learner
 

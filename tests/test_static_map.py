@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dehyst.robot._native import muscle_force
 
-from dehyst._native import muscle_force
 from dehyst.app.reproduce import QUICK
 from dehyst.app.requests import RigRequest
 from dehyst.app.rig import run_rig

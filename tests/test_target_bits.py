@@ -15,8 +15,9 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 
 from target import count, jobs, machines, random_blocks
 
-from dehyst.control import JointControllerParameters
-from dehyst.export import export, joint_subject
+from dehyst.export import export
+from dehyst.robot.control import JointControllerParameters
+from dehyst.robot.export import joint_subject
 from export_samples import large_model
 
 MODELS, SAMPLES = 12, 120

@@ -15,11 +15,11 @@ from dehyst import (
     StopOperatorModel,
 )
 from dehyst.cli import app
-from dehyst.control import InverseCompensator, along
-from dehyst.control.compensator import RampedCompensator
 from dehyst.errors import OutputError, ParameterError
 from dehyst.io import write_csv
 from dehyst.models import DirectInverse, ModelCard, MonotoneMap, SignalCard
+from dehyst.robot.control import InverseCompensator, along
+from dehyst.robot.control.compensator import RampedCompensator
 from unknown_histories import contained, follow, outputs, parts, random_states, turning_path
 
 RADII = np.array([0.0, 0.1, 0.25, 0.5, 1.0, 1.6])

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from dehyst.control import JointControllerParameters
-from dehyst.export import joint_subject, subject_of
+from dehyst.export import subject_of
 from dehyst.models import SignalCard
+from dehyst.robot.control import JointControllerParameters
+from dehyst.robot.export import joint_subject
 from direct_export_samples import direct_model
 from element_samples import element_model, scheduled_model
 from export_samples import CARD, mapped_model, play_model

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.control import SWITCHES, Adaptation
 from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse
 from dehyst.robot.arm.arm import Arm
 from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.arm.runs import ArmLog, Reference
+from dehyst.robot.control import SWITCHES, Adaptation
 from dehyst.robot.experiments.calibration import calibrate, controller_parameters, home, home_and_learn, refuse_failed
 from dehyst.robot.experiments.identification import identify_joint
 from dehyst.robot.experiments.path import PlannedPath

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.control import FLAGS, Adaptation
 from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse
 from dehyst.robot.arm.arm import Arm
 from dehyst.robot.arm.runs import FAULTS, Reference
+from dehyst.robot.control import FLAGS, Adaptation
 from dehyst.robot.experiments.calibration import home_and_learn
 from dehyst.robot.experiments.results import Characteristic
 from studies.alone import ADAPT, COMPENSATOR, DISTURBANCE, INTEGRATOR, POSITION, Alone

@@ -10,10 +10,10 @@ from typing import cast
 import numpy as np
 
 from dehyst.arrays import rank
-from dehyst.control import SWITCHES, JointController, JointReference
-from dehyst.control.reviewed import Law, VoMinhController
 from dehyst.errors import ParameterError, SimulationError
 from dehyst.robot.arm.parameters import Robot
+from dehyst.robot.control import SWITCHES, JointController, JointReference
+from dehyst.robot.control.reviewed import Law, VoMinhController
 from dehyst.robot.experiments.calibration import OBSERVER_RATIO
 from dehyst.robot.experiments.equipment import Equipment, under_controller
 from studies.side_by_side import Joint, errors
@@ -38,7 +38,7 @@ def with_factor(robot: Robot, equipment: Equipment, controller: str, factor: flo
     """Return robot and equipment under a controller whose one tuning gain is multiplied.
 
     It is the pole of the error where the law has one (of the sliding mode the surface's and the observer's at once),
-    and both gains of Vo-Minh's PI. 1 is what `dehyst.control.reviewed` derives.
+    and both gains of Vo-Minh's PI. 1 is what `dehyst.robot.control.reviewed` derives.
 
     Raises
     ------

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dehyst.control import Adaptation
+from dehyst.robot.control import Adaptation
 from dehyst.robot.experiments.results import TRIALS
 from studies.alone import ADAPT, DISTURBANCE, Alone, follow, rms, smooth_push
 from studies.endurance import endure

@@ -14,16 +14,16 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import rank
-from dehyst.control import Compensator
 from dehyst.data.recording import Recording
 from dehyst.errors import DehystError, ParameterError
-from dehyst.families import LoopCompensator, ModelMechanism, identify_family, names
+from dehyst.families import identify_family, names
 from dehyst.families.bouc_wen import BoucWen
 from dehyst.families.registry import title_of
 from dehyst.identification import identify
 from dehyst.models import Model
 from dehyst.robot.arm.mechanisms import MechanismFactory
 from dehyst.robot.arm.parameters import Robot, load_robot
+from dehyst.robot.control import Compensator, LoopCompensator, ModelMechanism
 from dehyst.robot.experiments.calibration import BAR, calibrate
 from dehyst.robot.experiments.equipment import Equipment, equip
 from dehyst.robot.experiments.identification import HYSTERESIS, INPUT, OUTPUT, TIME, identify_compensators

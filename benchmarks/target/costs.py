@@ -10,11 +10,10 @@ import numpy.typing as npt
 from scipy.optimize import linprog
 
 from dehyst import PrandtlIshlinskii
-from dehyst.control import Block
 from dehyst.export.numbers import UnitNumbers
 from dehyst.export.units import block_in, block_numbers
 from dehyst.families.elements import KINDS, LAGS, Element, ElementModel
-from dehyst.models import DirectInverse, ModelCard, Schedule, SignalCard
+from dehyst.models import Block, DirectInverse, ModelCard, Schedule, SignalCard
 from target.jobs import Array, Case
 
 FAR = 1e4

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dehyst import ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii
-from dehyst.control import Block
 from dehyst.export.units import block_in, block_numbers
-from dehyst.models import HysteresisModel
+from dehyst.models import Block, HysteresisModel
 from target.jobs import Array, Case
 
 

@@ -75,7 +75,7 @@ def _of_robot(name: str) -> bool:
     """Whether a public name belongs to the simulated robot rather than to models and logs."""
     rooms = ("dehyst.robot", "dehyst.control")
     module = str(getattr(dehyst, name).__module__)
-    return module.startswith(rooms) and module != "dehyst.control.block"
+    return module.startswith(rooms) and module != "dehyst.models.block"
 
 
 def _is_function(name: str) -> bool:

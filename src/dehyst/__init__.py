@@ -10,12 +10,6 @@ TYPE_CHECKING = False  # which type checkers take for true; `typing` would be lo
 if TYPE_CHECKING:
     from typing import Any
 
-    from dehyst.control import Block as Block
-    from dehyst.control import Compensator as Compensator
-    from dehyst.control import Controller as Controller
-    from dehyst.control import InverseCompensator as InverseCompensator
-    from dehyst.control import JointController as JointController
-    from dehyst.control import JointControllerParameters as JointControllerParameters
     from dehyst.data.recording import Recording as Recording
     from dehyst.design import ExcitationPlan as ExcitationPlan
     from dehyst.design import Homing as Homing
@@ -46,6 +40,7 @@ if TYPE_CHECKING:
     from dehyst.io import read_log as read_log
     from dehyst.io import read_signal as read_signal
     from dehyst.io.chunks import open_chunks as open_chunks
+    from dehyst.models import Block as Block
     from dehyst.models import DirectInverse as DirectInverse
     from dehyst.models import HysteresisModel as HysteresisModel
     from dehyst.models import Model as Model
@@ -73,6 +68,11 @@ if TYPE_CHECKING:
     from dehyst.robot.arm import Reference as Reference
     from dehyst.robot.arm import Robot as Robot
     from dehyst.robot.arm import load_robot as load_robot
+    from dehyst.robot.control import Compensator as Compensator
+    from dehyst.robot.control import Controller as Controller
+    from dehyst.robot.control import InverseCompensator as InverseCompensator
+    from dehyst.robot.control import JointController as JointController
+    from dehyst.robot.control import JointControllerParameters as JointControllerParameters
     from dehyst.robot.experiments.calibration import calibrate as calibrate
     from dehyst.robot.experiments.equipment import Equipment as Equipment
     from dehyst.robot.experiments.equipment import equip as equip
@@ -106,7 +106,6 @@ def _refuse_subinterpreter() -> None:
 _refuse_subinterpreter()
 
 _ROOMS = {
-    "dehyst.control": "Block Compensator Controller InverseCompensator JointController JointControllerParameters",
     "dehyst.data.recording": "Recording",
     "dehyst.design": ("ExcitationPlan Homing Limits design_drift_motion design_excitation home_model shortest_homing"),
     "dehyst.errors": "DehystError",
@@ -117,13 +116,14 @@ _ROOMS = {
     "dehyst.io": "inspect_log read_log read_signal",
     "dehyst.io.chunks": "open_chunks",
     "dehyst.models": (
-        "DirectInverse HysteresisModel Model ModifiedPrandtlIshlinskii MonotoneMap PrandtlIshlinskii "
+        "Block DirectInverse HysteresisModel Model ModifiedPrandtlIshlinskii MonotoneMap PrandtlIshlinskii "
         "ShearedPrandtlIshlinskii StaticCurve StopOperatorModel load load_model"
     ),
     "dehyst.monitoring": "Drift drift",
     "dehyst.monitoring.evaluate": "Evaluation evaluate",
     "dehyst.report": "as_html plot write_comparison_report write_drift_report write_report",
     "dehyst.robot.arm": "Arm Drives JointBench Mechanism Reference Robot load_robot",
+    "dehyst.robot.control": "Compensator Controller InverseCompensator JointController JointControllerParameters",
     "dehyst.robot.gym": "gym",
     "dehyst.robot.experiments.calibration": "calibrate",
     "dehyst.robot.experiments.equipment": "Equipment equip",

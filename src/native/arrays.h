@@ -80,12 +80,8 @@ inline void require(bool holds, const char *message)
 void bind_stoppable();
 void bind_models(nb::module_ &m);
 void bind_block(nb::module_ &m);
-void bind_joint(nb::module_ &m);
 void bind_direct(nb::module_ &m);
 void bind_direct_block(nb::module_ &m);
-void bind_plant(nb::module_ &m);
-void bind_mujoco_plugin(nb::module_ &m);
-void bind_robot(nb::module_ &m);
 void bind_gram(nb::module_ &m);
 
 void bind_text(nb::module_ &m);

@@ -9,7 +9,6 @@
 #include <cstring>
 #include <optional>
 
-#include "joint_controller.h"
 #include "stoppable.h"
 
 namespace {

@@ -1,20 +1,16 @@
-// nanobind binding of the core and of the simulated plant: arrays in, arrays out, no formula.
+// nanobind binding of the core and its engine: arrays in, arrays out, no formula.
 #include "arrays.h"
 
 NB_MODULE(_native, m)
 {
     nb::set_leak_warnings(false); // what a model keeps until the interpreter's end is no leak
-    m.doc() = "dehyst's C core (hysteresis models, joint controller), its engine for long signals, and the simulated pneumatic plant.";
+    m.doc() = "dehyst's C core (hysteresis models as they run on a machine) and its engine for long signals.";
     bind_stoppable();
     bind_models(m);
     bind_stack(m);
     bind_block(m);
-    bind_joint(m);
     bind_direct(m);
     bind_direct_block(m);
-    bind_plant(m);
-    bind_mujoco_plugin(m);
-    bind_robot(m);
     bind_gram(m);
     bind_solver(m);
     bind_engine(m);

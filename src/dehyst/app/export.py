@@ -12,14 +12,11 @@ import numpy as np
 from dehyst.app.logs import dead_time_findings, verdict_findings
 from dehyst.app.requests import ExportRequest
 from dehyst.app.terminal import ask_progress, print_end, print_findings, print_json, terminal
-from dehyst.control import load_adaptation, load_controller, load_partner
-from dehyst.control.storage import about
 from dehyst.errors import ModelFileError, ParameterError
-from dehyst.export import Written, export, joint_subject, st, subject_of
+from dehyst.export import Written, export, st, subject_of
 from dehyst.export.budget import CLOCKS, budget
 from dehyst.export.folder import refuse_folder
-from dehyst.export.joint import unit_findings
-from dehyst.export.joint_run import OUTPUTS, REFERENCE, SENSORS
+from dehyst.export.kinds import controller_kind
 from dehyst.export.names import check_name, identifier, why_prefixed
 from dehyst.export.numbers import DirectNumbers
 from dehyst.export.signal import ALL, Part, read_excerpt, use_findings, use_of
@@ -27,21 +24,20 @@ from dehyst.export.subject import RAMP, REALS, WHATS, Subject, check_choice
 from dehyst.export.targets import target
 from dehyst.findings import Finding
 from dehyst.models import Model, ShearedPrandtlIshlinskii, load
-from dehyst.models.storage import model_to_dict
 from dehyst.shell import command
 
 COARSE = 2e-6  # step between neighbouring floats, share of the range, from which on 1e-5 of the range is not reached
 EDGE = 0.02  # share of the identified range: beyond it an input counts as outside
 MANY_OPERATORS = 1000  # from here on the cost of a step is worth a word
 STALLED = 0.01  # of the range: a lag that stops so far from its end in float is worth a word
-SHOWN = 12  # characters of a checksum
 
 
 def run_export(request: ExportRequest) -> None:
     """Read, make the unit, write the folder, print what it costs."""
     kind = target(request.target)
     real = request.real or kind.reals[0]
-    check_choice(request.what, WHATS, "--what")
+    if request.what not in WHATS:
+        controller_kind(request.what)  # refuses what nobody knows
     check_choice(real, REALS, "--real")
     _refuse_contradictions(request)
     inputs = [path for path in (request.model, request.log, request.controller) if path is not None]
@@ -49,7 +45,9 @@ def run_export(request: ExportRequest) -> None:
     loaded = load(request.model)
     if loaded.no_export:
         raise ModelFileError(f"model file '{request.model}' cannot be exported: {loaded.no_export}")
-    pair = pair_findings(loaded, request.model, request.controller)
+    pair: list[Finding] = []
+    if request.controller is not None:
+        pair = controller_kind(request.what).pair_findings(loaded, request.model, request.controller)
     model, request, told = _as_unit(loaded, request)
     _refuse_unknown_range(model, request)
     drives = request.what != "forward" or bool(told)  # a forward model drives nothing
@@ -74,7 +72,7 @@ def run_export(request: ExportRequest) -> None:
 
 def _as_unit(model: Model, request: ExportRequest) -> tuple[Model, ExportRequest, list[Finding]]:
     """Return a sheared model as the sum of plays that it is: from input to output, or else its compensator alone."""
-    if model.shear is None or request.what == "joint-controller":
+    if model.shear is None or request.what not in WHATS:
         return model, request, []
     if not model.no_forward or request.what == "forward":
         return cast(ShearedPrandtlIshlinskii, model).as_play(), request, []
@@ -100,27 +98,27 @@ def _refuse_contradictions(request: ExportRequest) -> None:
             "--column without --log: an excerpt of your log needs --log LOG, and its column that is the input of what "
             "is exported unless it has the model's name."
         )
-    if request.controller is not None and request.what != "joint-controller":
+    if request.controller is not None and request.what in WHATS:
         raise ParameterError("--controller belongs to --what joint-controller; add that, or leave --controller out.")
-    if request.controller is None and request.what == "joint-controller":
+    if request.controller is None and request.what not in WHATS:
         raise ParameterError(
             "--what joint-controller needs the parameters of the controller: --controller FILE, written by "
-            "`dehyst reproduce` or by dehyst.control.save_controller(parameters, FILE). MODEL is the identified model; "
-            "its inverse becomes the compensator."
+            "`dehyst reproduce` or by dehyst.robot.control.save_controller(parameters, FILE). MODEL is the identified "
+            "model; its inverse becomes the compensator."
         )
-    if request.what == "joint-controller" and (request.log is not None or request.range is not None):
+    if request.what not in WHATS and (request.log is not None or request.range is not None):
         raise ParameterError("--log and --range belong to --what inverse or forward; leave them out here.")
-    if request.what == "joint-controller" and request.ramp is not None:
+    if request.what not in WHATS and request.ramp is not None:
         raise ParameterError(
             f'--ramp {request.ramp} belongs to --what inverse or forward; the ramp of a joint controller is "ramp" in '
             f"its file, in seconds. Leave --ramp out and set it there."
         )
-    if request.what == "joint-controller" and request.period is not None:
+    if request.what not in WHATS and request.period is not None:
         raise ParameterError(
             f"--period {request.period:g} belongs to a unit of its own; the period of a joint controller is "
             f'"period" in its file, in seconds. Leave --period out and set it there.'
         )
-    if request.tunable and request.what == "joint-controller":
+    if request.tunable and request.what not in WHATS:
         line = command(
             "export", request.model, target=request.target, what=request.what, controller=request.controller,
             out=request.out, overwrite=True,
@@ -134,7 +132,7 @@ def _refuse_contradictions(request: ExportRequest) -> None:
             f"reference, load, mean pressure, extra and the switches may change; the file in calibration/ shows all "
             f"its numbers."
         )
-    if request.follow_offset is not None and (request.what == "joint-controller" or request.log is not None):
+    if request.follow_offset is not None and (request.what not in WHATS or request.log is not None):
         other = "--what joint-controller" if request.log is None else "--log"
         why = "learns its own" if request.log is None else "takes one column, and what was measured is another"
         raise ParameterError(f"--follow-offset does not go with {other}, which {why}. Leave one of them out.")
@@ -150,7 +148,7 @@ def _part(request: ExportRequest) -> Part:
 
 def _refuse_unknown_range(model: Model, request: ExportRequest) -> None:
     card = model.card.input
-    if request.range is None and request.what != "joint-controller" and (card.low is None or card.high is None):
+    if request.range is None and request.what in WHATS and (card.low is None or card.high is None):
         raise ParameterError(
             f"'{request.model}' does not say from where to where its input {card.label} goes: it was not identified "
             f"from a log. Without it a unit has no limits; add --range LO HI, what the actuator can be given."
@@ -160,11 +158,9 @@ def _refuse_unknown_range(model: Model, request: ExportRequest) -> None:
 def _subject(model: Model, request: ExportRequest, real: str) -> tuple[Subject, list[Finding]]:
     name = request.name or identifier(request.model.stem)
     ramp = RAMP if request.ramp is None else request.ramp
-    if request.what == "joint-controller":
+    if request.what not in WHATS:
         path = cast(Path, request.controller)
-        controller, adaptation = load_controller(path), load_adaptation(path)
-        subject = joint_subject(model, controller, adaptation, name=name, real=real, retain=request.retain)
-        return subject, unit_findings(model)
+        return controller_kind(request.what).from_file(model, path, name=name, real=real, retain=request.retain)
     excerpt = None
     if request.log is not None and model.unit_needs:
         raise ParameterError(
@@ -239,16 +235,7 @@ def _interface(subject: Subject) -> list[str]:
         names = ", ".join((*subject.block.inputs, "on"))
         more = [f"a step takes {names}{every}"] if subject.period or subject.more else []
         return [f"input {subject.input!s}; output {subject.output!s}", *more]
-    shown = (("sensors", SENSORS), ("references", REFERENCE), ("outputs", OUTPUTS))
-    return [f"{what}: " + ", ".join(f"{name} [{_unit(name)}]" for name in names) for what, names in shown]
-
-
-def _unit(name: str) -> str:
-    """Unit of a signal of a joint controller."""
-    words = {"angle": "rad", "velocity": "rad/s", "acceleration": "rad/s^2", "valve": "-1 .. 1"}
-    torques = ("load", "torque", "integrator")
-    first = name.split("_")[0]
-    return words.get(first, "Nm" if first in torques else "Pa")
+    return controller_kind(subject.what).shown_interface()
 
 
 def _check_line(subject: Subject) -> str:
@@ -375,40 +362,3 @@ def stall(numbers: DirectNumbers) -> float:
     """
     largest = max(abs(numbers.input_low), abs(numbers.input_high))
     return 0.5 * float(np.spacing(np.float32(largest))) / min(numbers.gain)
-
-
-def pair_findings(model: Model, path: Path, controller: Path | None) -> list[Finding]:
-    """Refuse a controller that was made for another model, and say where the two contradict each other."""
-    if controller is None:
-        return []
-    partner, own = load_partner(controller), str(model_to_dict(model)["sha256"])
-    if partner is None:
-        return list(_contradictions(model, path, controller))
-    checksum, was = partner
-    if checksum != own:
-        raise ModelFileError(
-            f"controller '{controller}' was made for another model than '{path}': for {was}, checksum "
-            f"{checksum[:SHOWN]}, and this is {about(model)}, checksum {own[:SHOWN]}. Its shear and its gains belong "
-            f"to that model; with this one the compensation is wrong without a sign of it. Give the two files of one "
-            f"run, for example model_joint1_best.json with controller_joint1_best.json; or, if they do belong "
-            f"together, write the controller again: dehyst.control.save_controller(parameters, FILE, model=model).",
-            path=str(controller),
-        )
-    return []
-
-
-def _contradictions(model: Model, path: Path, controller: Path) -> Iterator[Finding]:
-    """Say that the shear of one is not that of the other, as far as names tell."""
-    k, name = load_controller(controller).shear, model.card.input.name
-    if model.core == "direct" and k != 0.0:
-        what = f"'{path}' is a direct inverse, which is not sheared, and the controller subtracts k q, k = {k:g} Pa/rad"
-    elif model.core == "plays" and model.shear is None and k == 0.0 and "sheared" in name.lower():
-        what = f"the input {model.card.input.label} of '{path}' holds k q, and the controller subtracts none (shear 0)"
-    else:
-        return
-    yield Finding(
-        "pair-doubtful",
-        f"{what}: these do not look like files that belong together, and '{controller}' does not say which model it "
-        f'was made for. Give the files of one run, or set "shear" right and write the controller again with '
-        f"dehyst.control.save_controller(parameters, FILE, model=model).",
-    )

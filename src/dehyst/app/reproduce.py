@@ -17,11 +17,11 @@ from rich.table import Column
 from dehyst.app.requests import ReproduceRequest
 from dehyst.app.targets import PAGE, REPRODUCTION, refuse_existing, refuse_unwritable
 from dehyst.app.terminal import progress_bar, table, tell, terminal
-from dehyst.control import FLAGS
-from dehyst.control.reviewed import PAPER
 from dehyst.errors import ParameterError
 from dehyst.files import write_atomically
 from dehyst.robot.arm.parameters import Robot, changes_from_packaged, load_robot
+from dehyst.robot.control import FLAGS
+from dehyst.robot.control.reviewed import PAPER
 from dehyst.robot.experiments.output import as_json, log_folder, log_names, mean_figures
 from dehyst.robot.experiments.reproduce import PLANTS, Request, reproduce
 from dehyst.robot.experiments.results import Reproduction

@@ -1,7 +1,6 @@
 """Exports models, inverses and joint controllers as code for a target, with tests of that code."""
 
 from dehyst.export.folder import Written, export, read_manifest
-from dehyst.export.joint import joint_subject
 from dehyst.export.subject import Subject, subject_of
 from dehyst.export.targets import TARGETS, Check
 from dehyst.export.verification import verify
@@ -12,7 +11,6 @@ __all__ = [
     "Subject",
     "Written",
     "export",
-    "joint_subject",
     "read_manifest",
     "subject_of",
     "verify",

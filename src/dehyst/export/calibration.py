@@ -11,8 +11,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from dehyst.control.block import BLOCK_FLAGS
-from dehyst.control.joint import FLAGS
 from dehyst.export.precision import BYTES
 from dehyst.export.subject import Subject
 
@@ -113,7 +111,7 @@ def calibration_values(subject: Subject, sources: Mapping[str, str]) -> dict[str
         "flags": f"{STATE}.joint.flags" if subject.joint else f"{STATE}.block.flags",
         "output": f"{STATE}.answer" if subject.tunable else f"{STATE}.block.output",
         "output_limits": (subject.output.low, subject.output.high),
-        "bits": FLAGS if subject.joint else BLOCK_FLAGS,
+        "bits": subject.flag_bits,
         "layouts": {"dehyst_real": ("REAL", real, -most, most), **LAYOUTS},
         "bytes": {"dehyst_real": BYTES[subject.real], "uint32_t": 4, "int32_t": 4},
     }

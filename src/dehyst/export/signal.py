@@ -13,11 +13,11 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
-from dehyst.control.block import Block
 from dehyst.errors import OutputError
 from dehyst.findings import Finding
 from dehyst.io import read_signal
 from dehyst.models import SignalCard
+from dehyst.models.block import Block
 from dehyst.models.card import in_units_of
 from dehyst.shell import visible
 

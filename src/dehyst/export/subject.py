@@ -11,18 +11,19 @@ from typing import Any
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.control.parameters import Adaptation, JointControllerParameters
 from dehyst.errors import ParameterError
+from dehyst.export.controller import ControllerInterface
 from dehyst.export.names import check_name
 from dehyst.export.numbers import DirectNumbers, JointNumbers, UnitNumbers
 from dehyst.export.signal import MOST_EXCERPT, Signal, Whole, answers
 from dehyst.export.units import Unit, unit_of
 from dehyst.models import Model, SignalCard
+from dehyst.models.block import BLOCK_FLAGS
 from dehyst.models.machine import Direction
 from dehyst.models.storage import model_to_dict
 from dehyst.shell import visible
 
-WHATS = ("inverse", "forward", "joint-controller")  # as typed
+WHATS = ("inverse", "forward")  # as typed; packages add kinds of controllers
 DIRECT = "direct-inverse"  # what a direct inverse alone is exported as
 REALS = ("double", "float")
 RAMP = 500  # samples over which a switching fades, unless said otherwise
@@ -60,10 +61,8 @@ class Subject:
         Excerpt of the user's log with the model's answers, or None.
     excerpt_source
         Which log and column, "" for none.
-    parameters
-        Of the joint controller, None for a block.
-    adaptation
-        Of a joint controller with a direct inverse, else None.
+    controller
+        Signals, switches and flags of a joint controller, None for a block.
     start_output
         Of a block after a reset. [output]
     tunable
@@ -89,8 +88,7 @@ class Subject:
     period: float | None = None
     excerpt: Signal | None = None
     excerpt_source: str = ""
-    parameters: JointControllerParameters | None = None
-    adaptation: Adaptation | None = None
+    controller: ControllerInterface | None = None
     start_output: float = 0.0
     tunable: bool = False
     unit: Unit | None = None
@@ -150,6 +148,11 @@ class Subject:
     def middle(self) -> tuple[float, ...]:
         """A usual value of each input of a block."""
         return self.unit.middle if self.unit else ()
+
+    @property
+    def flag_bits(self) -> Mapping[str, int]:
+        """Name -> bit of every flag."""
+        return self.controller.flag_bits if self.controller else BLOCK_FLAGS
 
     def answer(self, inputs: Array, on: Whole) -> Signal:
         """Return what a block answers from its reset on to inputs (T, m)."""

@@ -107,7 +107,7 @@ TARGETS: Mapping[str, Target] = MappingProxyType(
             Target("c-header", "one C header that holds all of it", "dehyst.export.c_header"),
             Target("fmu2", "FMU for co-simulation, FMI 2.0", "dehyst.export.fmu2"),
             Target("fmu3", "FMU for co-simulation, FMI 3.0", "dehyst.export.fmu3"),
-            Target("st", "Structured Text function block and PLCopen XML", "dehyst.export.st"),
+            Target("st", "Structured Text function block and PLCopen XML", "dehyst.export.st", BLOCKS),
             Target("simulink", "Simulink: C Function block recipe and S-function", "dehyst.export.simulink"),
             Target("rust", "Rust crate without std around the C sources", "dehyst.export.rust"),
             Target("ada", "Ada package with contracts around the C sources", "dehyst.export.ada"),

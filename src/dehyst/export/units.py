@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.control.block import BLOCK_FLAGS, MEASURED, Block
 from dehyst.errors import ParameterError
 from dehyst.export.names import c_names
 from dehyst.export.numbers import (
@@ -42,6 +41,7 @@ from dehyst.export.signal import SAMPLES, Whole, moving_input, test_input
 from dehyst.families.element_machine import ElementBlockParameters
 from dehyst.families.elements import KINDS, LAGS
 from dehyst.models import Model, SignalCard
+from dehyst.models.block import BLOCK_FLAGS, MEASURED, Block
 from dehyst.models.machine import EPS_FLOAT, Direction, Operator
 
 TOLERANCE = 1e-5  # of the output's range, in float

@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from dehyst.control.storage import controller_and_adaptation
 from dehyst.errors import DehystError, OutputError
 from dehyst.export.exchange import is_inside
 from dehyst.export.folder import (
@@ -32,9 +31,9 @@ from dehyst.export.folder import (
     parse_manifest,
     read_bytes,
 )
-from dehyst.export.joint import joint_subject
+from dehyst.export.kinds import controller_kind
 from dehyst.export.signal import from_csv, same_bits
-from dehyst.export.subject import DIRECT, Subject, subject_of
+from dehyst.export.subject import DIRECT, WHATS, Subject, subject_of
 from dehyst.export.targets import Check, target
 from dehyst.models.storage import model_from_text
 from dehyst.version import __version__
@@ -234,12 +233,8 @@ def subject_again(folder: Path, manifest: Mapping[str, Any], content: Mapping[st
         what, name, real = (str(settings[key]) for key in ("what", "name", "real"))
         text = _text(content, "model.json")
         model = model_from_text(text, str(folder / "model.json"))
-        if what == "joint-controller":
-            text = _text(content, "controller.json")
-            return joint_subject(
-                model, *controller_and_adaptation(text, str(folder / "controller.json")), name=name, real=real,
-                retain=bool(settings.get("retain")),
-            )  # fmt: skip
+        if what not in (*WHATS, DIRECT):
+            return controller_kind(what).from_folder(model, lambda file: _text(content, file), folder, settings)
         bounds, ramp = settings.get("range"), int(settings["ramp"])
         range = None if bounds is None else (float(bounds[0]), float(bounds[1]))
         period = None if settings.get("period") is None else float(settings["period"])

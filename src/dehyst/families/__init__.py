@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from dehyst.families.comparison import compare as compare
     from dehyst.families.fitting import FamilyFit as FamilyFit
     from dehyst.families.fitting import identify_family as identify_family
-    from dehyst.families.loop_compensator import LoopCompensator as LoopCompensator
-    from dehyst.families.mechanism import ModelMechanism as ModelMechanism
     from dehyst.families.registry import MODULES as MODULES
     from dehyst.families.registry import ROWS as ROWS
     from dehyst.families.registry import Family as Family
@@ -32,12 +30,10 @@ if TYPE_CHECKING:
 
 # Each is imported when it is first used: playing a model file must not load what identifies one.
 _ROOMS = {
-    "dehyst.families.mechanism": "ModelMechanism",
     "dehyst.families.base": "InverseLoop LoopModel LoopStepper STARTS Scaling UNSCALED",
     "dehyst.families.best": "identify",
     "dehyst.families.blocks": "block",
     "dehyst.families.comparison": "Comparison all_names compare",
-    "dehyst.families.loop_compensator": "LoopCompensator",
     "dehyst.families.fitting": "FamilyFit identify_family",
     "dehyst.families.registry": "Family MODULES ROWS example family names",
     "dehyst.families.training": "Stretch Training",

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import warnings
 
-from dehyst.control.block import Block
 from dehyst.models import Model
+from dehyst.models.block import Block
 from dehyst.models.machine import Direction
 from dehyst.models.model import require_model
 

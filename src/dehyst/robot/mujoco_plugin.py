@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import quoteattr
 
-from dehyst._native import mujoco_places, mujoco_register
 from dehyst.errors import MissingExtraError, ParameterError
+from dehyst.robot._native import mujoco_places, mujoco_register
 
 if TYPE_CHECKING:
     from dehyst.robot.arm.parameters import Robot

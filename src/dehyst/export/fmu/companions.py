@@ -4,25 +4,21 @@ from __future__ import annotations
 
 import csv
 import io
-from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.control.joint import FLAGS
 from dehyst.export.c import template_values, with_warning
 from dehyst.export.fmu.description import Variable
 from dehyst.export.fmu.interface import BEYOND
 from dehyst.export.fmu.package import Package, single_of, step_of
 from dehyst.export.fmu.sources import hexadecimal
-from dehyst.export.joint import controller_of
 from dehyst.export.precision import pattern
 from dehyst.export.rendering import TEMPLATES, render
 from dehyst.export.signal import Signal, Whole
 from dehyst.export.subject import Subject
 
-LIMITS = ("pressure-limit", "valve-limit", "learned")  # flags of a joint that may hang on the last digit
 REJECTED = 3  # flags of a block that never do: rejected, rejected ever
 
 
@@ -74,9 +70,9 @@ def _example(package: Package) -> dict[str, object]:
     numbers = {variable.name: number for number, variable in enumerate(package.variables)}
     source, result = references(package, "real", "input")[0], references(package, "real", "output")[0]
     low, high = subject.input.low, subject.input.high
-    if subject.parameters:
-        source, result = numbers["reference_angle"], numbers["observed_angle"]
-        low, high = subject.parameters.angle_low, subject.parameters.angle_high
+    if subject.controller:
+        moved, shown, low, high = subject.controller.example
+        source, result = numbers[moved], numbers[shown]
     return {
         "token": package.token,
         "step": hexadecimal(step_of(subject)),
@@ -97,14 +93,14 @@ def references(package: Package, kind: str, role: str) -> list[int]:
 def _expected(package: Package, values: dict[str, Any]) -> str:
     subject = package.subject
     tables = {"test": subject.test} | ({"excerpt": subject.excerpt} if subject.excerpt else {})
-    limits = sum(bit for name, bit in FLAGS.items() if name in LIMITS)
+    sure = 0xFFFFFFFF & ~subject.controller.last_digit_flags if subject.controller else REJECTED
     return render(
         "fmu/expected.h.j2",
         parameter=values["parameter"],
         ranges=values["ranges"],
         token=package.token,
         period=hexadecimal(step_of(subject)),
-        sure=REJECTED if subject.block else 0xFFFFFFFF & ~limits,
+        sure=sure,
         inputs=references(package, "real", "input"),
         outputs=references(package, "real", "output")[: subject.test.outputs.shape[1]],
         switches=references(package, "truth", "input"),
@@ -147,13 +143,9 @@ def _answered(package: Package) -> list[Variable]:
 
 def _answers(subject: Subject, inputs: Array, switch: Whole) -> Array:
     """Return the model's outputs (T, k) from a start on."""
-    if subject.block:
-        return subject.answer(inputs, switch).outputs
-    controller = controller_of(subject)  # a subject without block is a joint controller
-    controller.reset(*map(float, inputs[0, :3]))
-    angle, pressure_1, pressure_2 = inputs[:, :3].T
-    out = controller.run(angle, pressure_1, pressure_2, inputs[:, 3:], switch)
-    return np.column_stack([getattr(out, field.name) for field in fields(out) if field.name != "flags"])
+    if subject.controller:
+        return subject.controller.run(inputs, switch)
+    return subject.answer(inputs, switch).outputs
 
 
 def _table(time: Array, variables: list[Variable], columns: list[Array]) -> str:

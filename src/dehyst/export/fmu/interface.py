@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import fields
 
-from dehyst.control.joint import FLAGS, SWITCHES, JointReference
-from dehyst.control.parameters import JointControllerParameters, Pneumatics
-from dehyst.export.fmu.description import Variable
+from dehyst.export.controller import ControllerInterface, Quantity
+from dehyst.export.fmu.description import Role, Variable
 from dehyst.export.numbers import ElementNumbers, ModelNumbers, UnitNumbers
 from dehyst.export.precision import INPUT_LIMIT
 from dehyst.export.subject import Subject
@@ -22,54 +20,11 @@ _BLOCK_FLAGS = {
     "limited_ever": "a limit was met in some step since the reset",
     "rejected_ever": "some input since the reset was no number, infinite or beyond {beyond}",
 }
-_SENSORS = {
-    "angle": ("rad", "measured angle"),
-    "pressure_1": ("Pa", "measured gauge pressure of muscle 1"),
-    "pressure_2": ("Pa", "measured gauge pressure of muscle 2"),
-}
-_REFERENCE = {
-    "angle": ("rad", "desired angle"),
-    "velocity": ("rad/s", "desired angular velocity"),
-    "acceleration": ("rad/s^2", "desired angular acceleration"),
-    "load": ("Nm", "known torque of gravity and coupling"),
-    "mean_pressure": ("Pa", "mean gauge pressure of both muscles"),
-    "pressure_difference": ("Pa", "pressure difference while position control is off"),
-    "extra": ("Pa", "compensator term from outside, added to the built-in one"),
-}
-_SWITCHES = {
-    "position": "position control is on",
-    "integrator": "its integrator is on",
-    "compensator": "the hysteresis compensator is on",
-    "adapt": "a direct inverse as compensator learns",
-    "disturbance": "the contact torque is fed back",
-}
-_OUTPUTS = {
-    "valve_1": ("", "command to valve 1, -1 to 1, positive fills muscle 1"),
-    "valve_2": ("", "command to valve 2, -1 to 1, positive fills muscle 2"),
-    "desired_1": ("Pa", "desired gauge pressure of muscle 1"),
-    "desired_2": ("Pa", "desired gauge pressure of muscle 2"),
-    "pressure_difference": ("Pa", "desired pressure difference before limits"),
-    "torque": ("Nm", "desired torque"),
-    "integrator": ("Nm", "the integrator's part of it"),
-    "compensation": ("Pa", "the compensator's part of the pressure difference"),
-    "observed_angle": ("rad", "observed angle"),
-    "observed_velocity": ("rad/s", "observed angular velocity"),
-    "observed_load": ("Nm", "observed torque that neither model nor reference know"),
-    "contact": ("Nm", "what of it a direct inverse does not explain either; 0 without one"),
-    "doubt": ("Nm", "what its torque can be wrong by while the joint's past is unknown; 0 without one"),
-}
-_UNITS = {  # of parameters of a joint controller
-    "period": "s", "inertia": "kg.m2", "pole": "1/s", "observer_pole": "1/s", "pressure_gain": "1/s",
-    "windup_gain": "1/s", "angle_low": "rad", "angle_high": "rad", "pressure_low": "Pa", "pressure_high": "Pa",
-    "ramp": "s", "shear": "Pa/rad", "compensator_unit": "Pa", "angle_jump": "rad", "pressure_jump": "Pa",
-    "angle_step": "rad", "supply": "Pa", "ambient": "Pa", "gas_temperature": "J/kg", "reference_density": "kg/m3",
-    "conductance": "m3/(s.Pa)",
-}  # fmt: skip
 
 
 def interface(subject: Subject) -> tuple[Variable, ...]:
     """Return the variables of the unit, time left out, in the order of the wrapper's templates."""
-    return _joint(subject) if subject.joint else _block(subject)
+    return _joint(subject, subject.controller) if subject.controller else _block(subject)
 
 
 def _block(subject: Subject) -> tuple[Variable, ...]:
@@ -215,54 +170,29 @@ def _of_elements(model: ElementNumbers) -> Iterable[Variable]:
         yield Variable(name, "real", "constant", about, "", (p.numbers[name],))
 
 
-def _joint(subject: Subject) -> tuple[Variable, ...]:
-    told = subject.parameters
-    assert told is not None  # a joint controller has parameters
-    starts = joint_starts(told)
+def _joint(subject: Subject, controller: ControllerInterface) -> tuple[Variable, ...]:
     compensator = subject.joint.compensator if subject.joint else None
-    return (
-        *(Variable(n, "real", "input", t, u, (starts[n],)) for n, (u, t) in _SENSORS.items()),
-        *(
-            Variable(f"reference_{n}", "real", "input", t, u, (starts[f"reference_{n}"],))
-            for n, (u, t) in _REFERENCE.items()
-        ),
-        *(
-            Variable(n, "real", "output", t, u, (0.0,), *((-1.0, 1.0) if n.startswith("valve") else ()))
-            for n, (u, t) in _OUTPUTS.items()
-        ),
-        *(Variable(f"{name}_on", "truth", "input", _SWITCHES[name], "", (0.0,)) for name in SWITCHES),
-        *(
-            Variable(name.replace("-", "_"), "truth", "output", f"flag {bit}", "", (0.0,))
-            for name, bit in FLAGS.items()
-        ),
-        Variable("flags", "whole", "output", "sum of all flags", "", (0.0,)),
-        *([_local("compensator_play_states", compensator.parts, "its play states")] if compensator else []),
-        *_parameters(told),
-        *(_of_plays(compensator, "", "compensator_") if compensator else ()),
+    variables = [_variable(quantity, "input") for quantity in controller.inputs]
+    variables += [_variable(quantity, "output") for quantity in controller.outputs]
+    for name, (_, meaning) in controller.switches.items():
+        variables.append(Variable(f"{name}_on", "truth", "input", meaning, "", (0.0,)))
+    for name, (_, meaning) in controller.flags.items():
+        variables.append(Variable(name.replace("-", "_"), "truth", "output", meaning, "", (0.0,)))
+    variables.append(Variable("flags", "whole", "output", "sum of all flags", "", (0.0,)))
+    if compensator:
+        variables.append(_local("compensator_play_states", compensator.parts, "its play states"))
+    variables += [_variable(quantity, "constant") for quantity in controller.constants]
+    if compensator:
+        variables += _of_plays(compensator, "", "compensator_")
+    return tuple(variables)
+
+
+def _variable(quantity: Quantity, role: Role) -> Variable:
+    """Return a signal or a constant of a controller as a variable."""
+    low, high = quantity.limits or (None, None)
+    return Variable(
+        quantity.name, "real", role, quantity.meaning, quantity.unit, quantity.values, low, high, quantity.table
     )
-
-
-def joint_starts(told: JointControllerParameters) -> dict[str, float]:
-    """Inputs before they are set: at zero angle, muscles at their lowest pressure, reference as in `JointReference`."""
-    reference = JointReference()
-    sensors = {"angle": 0.0, "pressure_1": told.pressure_low, "pressure_2": told.pressure_low}
-    return sensors | {f"reference_{name}": float(getattr(reference, name)) for name in _REFERENCE}
-
-
-def _parameters(told: JointControllerParameters) -> Iterable[Variable]:
-    for source, prefix in ((told, "parameter_"), (told.pneumatics, "parameter_")):
-        for item in fields(source):
-            value = getattr(source, item.name)
-            if isinstance(value, Pneumatics):
-                continue
-            if item.name == "volume":
-                for muscle, row in enumerate(value, 1):
-                    yield _table(f"{prefix}volume_{muscle}", row, f"chamber volume {muscle}, powers of the angle")
-            elif isinstance(value, tuple):
-                yield _table(f"{prefix}{item.name}", value, f"characteristic {item.name.upper()}, powers of the angle")
-            else:
-                text, unit = item.name.replace("_", " "), _UNITS.get(item.name, "")
-                yield Variable(f"{prefix}{item.name}", "real", "constant", text, unit, (float(value),))
 
 
 def _table(name: str, values: Iterable[float], text: str, unit: str = "") -> Variable:

@@ -10,11 +10,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
 
-from dehyst.control.joint import FLAGS, SWITCHES
 from dehyst.export import core_files
 from dehyst.export.c import unit_files
 from dehyst.export.fmu.description import Description, Variable, Version, build_description, model_description, placed
-from dehyst.export.fmu.interface import BEYOND, interface, joint_starts, start_input, tuned
+from dehyst.export.fmu.interface import BEYOND, interface, start_input, tuned
 from dehyst.export.fmu.sources import Binaries, Unit, compile_binaries, hexadecimal, sources
 from dehyst.export.fmu.terminals import PICTURE, picture, terminals
 from dehyst.export.numbers import UnitNumbers
@@ -131,9 +130,10 @@ def _part(subject: Subject, variables: tuple[Variable, ...]) -> tuple[str, dict[
         memory = subject.block.memory[0][1] if states else ""
         common = {"words": words, "beyond": BEYOND[subject.real], "b": subject.block, "states": memory}
         return "fmu/unit_block.h.j2", {**common, **starts, "parameters": starts_of, "rule": _rule(subject.block)}
-    assert subject.parameters is not None  # a joint controller has them
-    inputs = [hexadecimal(value) for value in joint_starts(subject.parameters).values()]
-    bits = {"switches": list(SWITCHES.values()), "flags": list(FLAGS.values())}
+    controller = subject.controller
+    assert controller is not None  # a subject without block has one
+    inputs = [hexadecimal(quantity.values[0]) for quantity in controller.inputs]
+    bits = {"switches": list(controller.switch_bits.values()), "flags": list(controller.flag_bits.values())}
     common = {"words": words, "states": "z" if states else "", "parameters": ()}
     return "fmu/unit_joint.h.j2", {**common, "inputs": len(inputs), "starts": inputs, **bits}
 

@@ -23,16 +23,14 @@ from dehyst.export.st.blocks import (
     retained,
     signal_names,
 )
-from dehyst.export.st.joint import joint_block
 from dehyst.export.st.pou import Pou, plain, plcopen_xml, rendered, siemens_scl, structured_text, twincat_source
-from dehyst.export.st.programs import NO_NUMBER, PlcSignal, Ports, example, joint_example, self_test, writable
+from dehyst.export.st.programs import NO_NUMBER, PlcSignal, Ports, example, self_test, writable
 from dehyst.export.st.verification import check_forms
 from dehyst.export.subject import Subject
 from dehyst.export.targets import Check
 from dehyst.version import __version__
 
 REAL = {"double": "LREAL", "float": "REAL"}
-JOINT_SAMPLES = 400  # of the test on the PLC: its tables live in the memory of the machine
 FUNCTION_BLOCKS: Mapping[str, Callable[..., Pou]] = {
     "block": function_block,
     "direct_block": direct_function_block,
@@ -46,8 +44,8 @@ def files(subject: Subject) -> dict[str, str | bytes]:
     units = units_of(subject)
     name = units[0].name
     values = {
-        "name": name, "real": REAL[subject.real], "words": _words(subject), "samples": _samples(subject),
-        "joint": subject.joint is not None, "power_cycle": _after_power_cycle(subject),
+        "name": name, "real": REAL[subject.real], "words": _words(subject), "samples": subject.test.samples,
+        "power_cycle": _after_power_cycle(subject),
     }  # fmt: skip
     readme = rendered("README.md.j2", numbers=subject.block, units=units, **values)
     return {**sources(name, units, subject.checksum), "README.md": with_warning(readme, subject)}
@@ -56,7 +54,7 @@ def files(subject: Subject) -> dict[str, str | bytes]:
 def units_of(subject: Subject) -> tuple[Pou, Pou, Pou]:
     """Return the function block, its example and its test."""
     real, words, ports, name = REAL[subject.real], _words(subject), ports_of(subject), block_name(subject)
-    call = joint_example(name, real, ports, words) if subject.joint else example(name, real, words, ports)
+    call = example(name, real, words, ports)
     return function_block_of(subject, name), call, self_test(name, real, ports, plc_signal(subject))
 
 
@@ -68,15 +66,9 @@ def ports_of(subject: Subject) -> Ports:
 def function_block_of(subject: Subject, name: str) -> Pou:
     """Return the function block of a subject under this name."""
     real, words = REAL[subject.real], _words(subject)
-    if subject.block is not None:
-        unit = FUNCTION_BLOCKS[subject.block.core](name, real, subject.block, words)
-        return retained(unit, real) if subject.retain else unit
-    assert subject.joint is not None  # one of both
-    assert subject.parameters is not None
-    return joint_block(
-        name, real, subject.parameters, subject.joint.compensator, words["about"],
-        subject.joint.direct, subject.joint.adaptation, subject.retain,
-    )  # fmt: skip
+    assert subject.block is not None  # the target takes no controllers
+    unit = FUNCTION_BLOCKS[subject.block.core](name, real, subject.block, words)
+    return retained(unit, real) if subject.retain else unit
 
 
 def block_name(subject: Subject) -> str:
@@ -109,7 +101,7 @@ def sources(name: str, units: tuple[Pou, Pou, Pou], model: str) -> dict[str, str
 def plc_signal(subject: Subject) -> PlcSignal:
     """Return the test signal for the PLC: inputs that have a constant, and the model's answers to these."""
     real, ports, test = REAL[subject.real], ports_of(subject), subject.test
-    samples = _samples(subject)
+    samples = test.samples
     x = np.array([[writable(float(value), real) for value in row] for row in test.inputs[:samples]])
     outputs, flags = _answers(subject, np.where(x < NO_NUMBER, x, np.nan))
     return PlcSignal(
@@ -121,21 +113,14 @@ def plc_signal(subject: Subject) -> PlcSignal:
     )
 
 
-def _samples(subject: Subject) -> int:
-    return JOINT_SAMPLES if subject.joint else subject.test.samples
-
-
 def _columns(table: Array) -> list[Floats]:
     return [tuple(float(x) for x in column) for column in table.T]
 
 
 def _answers(subject: Subject, x: Array) -> tuple[Array, Whole]:
     """Return outputs and flags; a number that a block in float rejects is given as NaN to the model in double."""
-    test = subject.test
-    if subject.joint:
-        return test.outputs[: len(x)], test.flags[: len(x)]
-    told = subject.answer(x, test.switch)
-    return told.outputs, told.flags
+    answered = subject.answer(x, subject.test.switch)
+    return answered.outputs, answered.flags
 
 
 def tolerances(subject: Subject) -> tuple[float, ...]:
@@ -161,21 +146,11 @@ _AFTER_POWER_CYCLE = {
         "one call before Enable; if the model creeps or has a dead time, do so too, because the block does not know "
         "how long the power was off. Tables are not kept, and need no such memory."
     ),
-    "joint": (
-        "the first call starts at the present readings, as Restart does, whatever was before; memory of the actuator, "
-        "and what was learned of it, are gone. Exported with --retain, they outlive a power cycle."
-    ),
-    "joint that is retained": (
-        "the first call starts observer, integrator and faults at the present readings, as Restart does; memory of "
-        "the actuator, and what was learned of it, are in VAR RETAIN and go on. That is right if the joint was held "
-        "meanwhile, or moved one way. If it was moved to and fro, or a muscle replaced, set Restart for one call: it "
-        "forgets both. Declare the instance without RETAIN: else observer and integrator of before would go on too."
-    ),
 }
 
 
 def _after_power_cycle(subject: Subject) -> str:
-    return _AFTER_POWER_CYCLE[("joint" if subject.joint else "block") + (" that is retained" if subject.retain else "")]
+    return _AFTER_POWER_CYCLE["block that is retained" if subject.retain else "block"]
 
 
 def _words(subject: Subject) -> dict[str, str]:

@@ -123,23 +123,6 @@ def example(block: str, real: str, words: Mapping[str, str], ports: Ports) -> Po
     return Pou("PROGRAM", f"{block}_Example", variables, body, _example_comment(block, words))
 
 
-def joint_example(block: str, real: str, ports: Ports, words: Mapping[str, str]) -> Pou:
-    """Return a program that calls the block of a joint controller once a cycle."""
-    own = {name: f"My{name}" for name in (*ports.inputs, *ports.switches, "Restart", "Valve1", "Valve2")}
-    types = {**dict.fromkeys(own, real), **dict.fromkeys((*ports.switches, "Restart"), "BOOL")}
-    variables = (
-        Variable("VAR", "Joint", block, comment="one instance for each joint"),
-        *(Variable("VAR", own[name], types[name], comment="connect it") for name in own),
-        Variable("VAR", "Healthy", "BOOL", ("FALSE",), comment="FALSE: valves are closed until a restart"),
-    )
-    given = ",\n    ".join(f"{name} := {own[name]}" for name in own if not name.startswith("Valve"))
-    body = (
-        f"Joint({given});\n{own['Valve1']} := Joint.Valve1;\n{own['Valve2']} := Joint.Valve2;\n"
-        "Healthy := NOT Joint.Failed;\n"
-    )
-    return Pou("PROGRAM", f"{block}_Example", variables, body, _example_comment(block, words))
-
-
 def _example_comment(block: str, words: Mapping[str, str]) -> str:
     return (
         f"Example of a call of {block}. Give this program a cyclic task with a fixed interval"

@@ -11,20 +11,20 @@ from typing import Any, cast
 
 import numpy as np
 
-import dehyst._native as _native
+import dehyst.robot._native as _native
 from dehyst.arrays import Array
-from dehyst.control import Adaptation, JointControllerParameters
-from dehyst.control.controller import Controller, Seat, seated
-from dehyst.control.joint import native_controller
-from dehyst.control.reviewed import Law
-from dehyst.control.storage import refuse_image
 from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse, HysteresisModel
+from dehyst.models.block import refuse_image
 from dehyst.models.model import Model
 from dehyst.robot.arm.drives import Drives
 from dehyst.robot.arm.mechanisms import Mechanism
 from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.arm.rigid_body import bias_torque, inverse_dynamics
+from dehyst.robot.control import Adaptation, JointControllerParameters
+from dehyst.robot.control.controller import Controller, Seat, seated
+from dehyst.robot.control.joint import native_controller
+from dehyst.robot.control.reviewed import Law
 
 
 class Arm(Drives):
@@ -48,10 +48,11 @@ class Arm(Drives):
     seed
         Of the sensors' noise and the muscles' tolerances: same seed, same bits.
     laws
-        Joint number -> a controller of the literature, see `dehyst.control.reviewed`, or a `dehyst.Controller` of one's
-        own; the paper's where missing. With an `OneValveController` the joint's two valves are the two sides of one:
-        both follow the same spool, mirrored. One's own is in charge while the position is controlled, and hears of the
-        compensator by ``wanted.extra``; in a homing, where pressures are applied, the paper's pressure loops are.
+        Joint number -> a controller of the literature, see `dehyst.robot.control.reviewed`, or a `dehyst.Controller` of
+        one's own; the paper's where missing. With an `OneValveController` the joint's two valves are the two sides of
+        one: both follow the same spool, mirrored. One's own is in charge while the position is controlled, and
+        hears of the compensator by ``wanted.extra``; in a homing, where pressures are applied, the paper's pressure
+        loops are.
 
     Raises
     ------
@@ -62,7 +63,7 @@ class Arm(Drives):
     --------
     Joint 1 alone, under position control, goes to 0.1 rad and holds there for 4 s:
 
-    >>> from dehyst.control import SWITCHES
+    >>> from dehyst.robot.control import SWITCHES
     >>> from dehyst.robot.arm import Reference, load_robot
     >>> arm = Arm(load_robot(), moving=(1,), controllers={1: JointControllerParameters()})
     >>> goal, zero = np.full((401, 1), 0.1), np.zeros((401, 1))

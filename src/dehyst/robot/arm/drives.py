@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-import dehyst._native as _native
+import dehyst.robot._native as _native
 from dehyst.arrays import Array
-from dehyst.control.controller import Controller, Seat, seated
 from dehyst.errors import ParameterError
 from dehyst.robot.arm.joints import BEYOND, built_plant, noise_seed, refuse_beyond
 from dehyst.robot.arm.mechanisms import Mechanism
 from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.arm.rigid_body import arm_model, joint_inertia, mj_step_address, moment_arms, new_data
 from dehyst.robot.arm.runs import ArmLog, Reference
+from dehyst.robot.control.controller import Controller, Seat, seated
 
 SEEDS = 1 << 32
 

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dehyst._native import PneumaticJoint
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError, SimulationError
+from dehyst.robot._native import PneumaticJoint
 from dehyst.robot.arm.mechanisms import Mechanism, Parameters, dahl, foreign, maxwell_slip, none, preisach
 from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.arm.rigid_body import moment_arms

@@ -26,8 +26,8 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from dehyst._native import PLANT_ELEMENTS
 from dehyst.errors import ParameterError
+from dehyst.robot._native import PLANT_ELEMENTS
 
 Parameters = dict[str, Any]
 

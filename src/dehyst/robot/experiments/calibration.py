@@ -14,7 +14,6 @@ from dataclasses import replace
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.control import FLAGS, SWITCHES, JointControllerParameters, Pneumatics
 from dehyst.design import decaying_cycles, triangle_sweep
 from dehyst.errors import ParameterError, SimulationError
 from dehyst.robot.arm.arm import Arm
@@ -23,6 +22,7 @@ from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.arm.rigid_body import arm_model, joint_inertia, moment_arms
 from dehyst.robot.arm.routing import contraction
 from dehyst.robot.arm.runs import ArmLog, Reference
+from dehyst.robot.control import FLAGS, SWITCHES, JointControllerParameters, Pneumatics
 from dehyst.robot.experiments.results import Characteristic
 
 # Bench fit of a DMSP-40 (another source than the plant's map): F = (a1 p + a2) exp(a3 k) + a4 k p + a5 p + a6, p in Pa.

@@ -7,16 +7,16 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-import dehyst._native as _native
+import dehyst.robot._native as _native
 from dehyst.arrays import Array
-from dehyst.control import Adaptation, Compensator, JointControllerParameters
-from dehyst.control.controller import Controller
-from dehyst.control.reviewed import PAPER, TUNED, Law, OneValveController, derived_law
 from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.robot.arm.arm import Arm
 from dehyst.robot.arm.mechanisms import MechanismFactory
 from dehyst.robot.arm.parameters import Robot
+from dehyst.robot.control import Adaptation, Compensator, JointControllerParameters
+from dehyst.robot.control.controller import Controller
+from dehyst.robot.control.reviewed import PAPER, TUNED, Law, OneValveController, derived_law
 from dehyst.robot.experiments.calibration import BAR, controller_parameters, home
 from dehyst.robot.experiments.recipes import Recipe
 from dehyst.robot.experiments.results import Characteristic, JointIdentification
@@ -50,7 +50,7 @@ class Equipment:
         Joint number -> torque along one cycle of the path, (K,) at equal spacing from its start to its end, added while
         the compensator is on. [Nm]
     laws
-        Joint number -> a controller of the literature instead of the paper's, see `dehyst.control.reviewed`, or a
+        Joint number -> a controller of the literature instead of the paper's, see `dehyst.robot.control.reviewed`, or a
         `dehyst.Controller` of one's own.
     known
         The robot whose weight and inertia are fed forward, where the trial's has changed since; None: the trial's own.
@@ -250,7 +250,7 @@ def tuned_numbers(controller: str) -> int:
 
     Examples
     --------
-    >>> from dehyst.control.reviewed import CONTROLLERS
+    >>> from dehyst.robot.control.reviewed import CONTROLLERS
     >>> {name: tuned_numbers(name) for name in CONTROLLERS}
     {'paper': 1, 'vo-minh': 2, 'sliding-mode': 4, 'one-valve': 3, 'pid': 4}
     """

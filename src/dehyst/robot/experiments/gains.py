@@ -9,10 +9,10 @@ from dataclasses import replace
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.control import FLAGS
 from dehyst.errors import ParameterError, SimulationError
 from dehyst.robot.arm.parameters import Robot, listed
 from dehyst.robot.arm.runs import Reference
+from dehyst.robot.control import FLAGS
 from dehyst.robot.experiments.calibration import OBSERVER_RATIO, SPACING, nominal_characteristic
 from dehyst.robot.experiments.equipment import Equipment, equip
 from dehyst.robot.experiments.trials import trial_arm, trial_switches

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.control import save_controller
 from dehyst.errors import OutputError
 from dehyst.io import write_csv, write_mcap
+from dehyst.robot.control import save_controller
 from dehyst.robot.experiments.calibration import BAR
 from dehyst.robot.experiments.equipment import Equipment
 from dehyst.robot.experiments.results import JointIdentification, PlantResult, Reproduction, TrialRun

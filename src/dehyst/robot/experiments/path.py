@@ -11,13 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
-from dehyst.control import JointControllerParameters
 from dehyst.design import ExcitationPlan, design_excitation
 from dehyst.design.design import limits_of
 from dehyst.errors import ParameterError
 from dehyst.robot.arm.kinematics import JointPath, joint_path
 from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.arm.rigid_body import arm_model, bias_torque, inverse_dynamics
+from dehyst.robot.control import JointControllerParameters
 from dehyst.robot.experiments.calibration import SPACING, controller_parameters, nominal_characteristic, pressure_room
 from dehyst.robot.experiments.reference import JointReference, drawn_moves, read_moves
 from dehyst.robot.experiments.results import Characteristic

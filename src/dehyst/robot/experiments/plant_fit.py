@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
-from dehyst._native import PneumaticJoint
 from dehyst.arrays import Array, Mask
 from dehyst.errors import ParameterError, RecordingError
 from dehyst.fields import entries
+from dehyst.robot._native import PneumaticJoint
 from dehyst.robot.arm.joints import pneumatic_joint_parameters, run_pressures
 from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.arm.tables import SPRING, ForceMap, Hysteresis, Joint, Muscle, Valve

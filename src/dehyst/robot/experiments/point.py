@@ -12,13 +12,13 @@ from typing import Any, cast
 
 import numpy as np
 
-from dehyst.control import RampedCompensator
-from dehyst.control.joint import DIRECT
 from dehyst.errors import ParameterError
 from dehyst.fields import checked
 from dehyst.models import HysteresisModel
 from dehyst.robot.arm.arm import Arm
 from dehyst.robot.arm.parameters import Robot, load_robot
+from dehyst.robot.control import RampedCompensator
+from dehyst.robot.control.joint import DIRECT
 from dehyst.robot.experiments.calibration import SPACING, calibrate, excite, home
 from dehyst.robot.experiments.equipment import Equipment, backbones_of, equip, refuse_learning, under_controller
 from dehyst.robot.experiments.identification import identify_compensators

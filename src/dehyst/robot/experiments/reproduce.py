@@ -15,11 +15,11 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from dehyst.control import Compensator, Controller
-from dehyst.control.reviewed import CONTROLLERS, PAPER
 from dehyst.errors import ParameterError, SimulationError
 from dehyst.robot.arm.mechanisms import MechanismFactory
 from dehyst.robot.arm.parameters import Robot, changes_from_packaged, conditions_of, sources
+from dehyst.robot.control import Compensator, Controller
+from dehyst.robot.control.reviewed import CONTROLLERS, PAPER
 from dehyst.robot.experiments.calibration import calibrate
 from dehyst.robot.experiments.equipment import (
     Equipment,
@@ -98,11 +98,11 @@ class Request:
     foreign
         Plant name -> what makes hysteresis mechanisms of one's own, in Python; see `dehyst.robot.arm.mechanisms`.
     own
-        Makes a compensator of one's own for a joint from what was identified on it; see `dehyst.control.Compensator`.
-        None: the recipe's, in the controller.
+        Makes a compensator of one's own for a joint from what was identified on it; see
+        `dehyst.robot.control.Compensator`. None: the recipe's, in the controller.
     controllers
-        Of the trials, of `dehyst.control.reviewed.CONTROLLERS` or `laws`: all are run, and the report is about the
-        first one. Calibration and identification are the same for all.
+        Of the trials, of `dehyst.robot.control.reviewed.CONTROLLERS` or `laws`: all are run, and the report is about
+        the first one. Calibration and identification are the same for all.
     laws
         Name of a controller -> what makes one of one's own for a joint, by its number: a `dehyst.Controller`, one a
         run, for it has a memory, or None, which leaves the paper's in that joint.

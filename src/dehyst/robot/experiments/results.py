@@ -14,13 +14,13 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
-from dehyst.control.joint import FLAGS
-from dehyst.control.reviewed import CONTROLLERS, PAPER
 from dehyst.data.plotted import Plotted
 from dehyst.fields import Key, entries
 from dehyst.identification import Fit
 from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.robot.arm.parameters import CONDITIONS, DEFAULT
+from dehyst.robot.control.joint import FLAGS
+from dehyst.robot.control.reviewed import CONTROLLERS, PAPER
 
 TRIALS = ("fast", "slow", "slow_no_integrator")
 # Unexplained share: 0.1 to 0.4 where there is hysteresis, of 0.1 to 1 times the usual size, and 0.6 to 0.8 without.
@@ -48,7 +48,7 @@ class RunSettings:
     passes
         Repetitions from which an "ilc" learns; -1 for those of its recipe.
     controller
-        Of the trials, see `dehyst.control.reviewed`.
+        Of the trials, see `dehyst.robot.control.reviewed`.
     conditions
         Of the packaged arm, "realistic" or "kind"; see `load_robot`.
     """

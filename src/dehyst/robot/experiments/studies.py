@@ -10,12 +10,12 @@ from typing import Any, cast
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.control import SWITCHES, InverseCompensator
-from dehyst.control.joint import DIRECT
 from dehyst.models import DirectInverse, HysteresisModel
 from dehyst.robot.arm.arm import Arm
 from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.arm.runs import Reference
+from dehyst.robot.control import SWITCHES, InverseCompensator
+from dehyst.robot.control.joint import DIRECT
 from dehyst.robot.experiments.calibration import home
 from dehyst.robot.experiments.equipment import Equipment
 from dehyst.robot.experiments.gains import at_pole

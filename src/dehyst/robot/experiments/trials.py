@@ -12,13 +12,13 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
-from dehyst.control import SWITCHES, Compensator, JointControllerParameters, along
 from dehyst.errors import ParameterError
 from dehyst.robot.arm.arm import Arm
 from dehyst.robot.arm.mechanisms import mechanisms_of
 from dehyst.robot.arm.parameters import Robot
 from dehyst.robot.arm.rigid_body import arm_model, joint_positions, tool_positions
 from dehyst.robot.arm.runs import ArmLog, Reference
+from dehyst.robot.control import SWITCHES, Compensator, JointControllerParameters, along
 from dehyst.robot.experiments.calibration import refuse_failed
 from dehyst.robot.experiments.equipment import Equipment
 from dehyst.robot.experiments.output import joint_figures

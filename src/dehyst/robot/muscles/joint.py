@@ -89,7 +89,7 @@ def joint_characteristic(
     reach: float = 0.7,
     degree: int = 5,
 ) -> JointCharacteristic:
-    """Return the characteristic of a joint of two muscles, for `dehyst.control.JointControllerParameters`.
+    """Return the characteristic of a joint of two muscles, for `dehyst.robot.control.JointControllerParameters`.
 
     Parameters
     ----------

@@ -1,4 +1,5 @@
 // Binding of the joint controller of the core: no formula.
+#include "robot.h"
 #include "joint_controller.h"
 #include "no_pickle.h"
 #include "stoppable.h"

@@ -6,49 +6,15 @@ import hashlib
 import json
 import os
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
-from dehyst.control.parameters import Adaptation, JointControllerParameters
 from dehyst.errors import ModelFileError, ParameterError
 from dehyst.fields import read
 from dehyst.files import document_of, text_of, write_atomically
 from dehyst.models import Model
 from dehyst.models.storage import model_to_dict
+from dehyst.robot.control.parameters import Adaptation, JointControllerParameters
 from dehyst.shell import visible
-
-Words = npt.NDArray[np.uint32]
-
-_FAULTS = {  # answers of the core, as in core/dehyst.h
-    1: ("size", "it has another length: cut off, or of a model with another number of operators"),
-    2: ("kind", "it is no image of such a state in double precision"),
-    3: ("damaged", "its checksum is wrong"),
-    4: ("foreign", "it was saved with another model or other parameters"),
-    5: ("invalid", "it holds a state that cannot be here"),
-}
-
-
-def refuse_image(answer: int, cure: str) -> None:
-    """Raise ParameterError with the fault's name as ``facts["fault"]`` unless the core's answer is good."""
-    if answer:
-        fault, what = _FAULTS[answer]
-        raise ParameterError(f"the state was not restored: {what}. {cure}", fault=fault)
-
-
-def words_of(image: npt.ArrayLike) -> Words:
-    """Return an image as 32-bit words, or refuse_image what is none."""
-    words = np.asarray(image)
-    whole = words.ndim == 1 and words.dtype.kind in "iu" and bool(np.all((words >= 0) & (words < 2**32)))
-    if not whole:
-        raise ParameterError(
-            f"the state was not restored: an image is an array of 32-bit words, (m,), not {type(image).__name__} of "
-            f"shape {words.shape} and type {words.dtype}; pass what save() returned.",
-            fault="kind",
-        )
-    return cast(Words, np.ascontiguousarray(words, dtype=np.uint32))
-
 
 FORMAT = "dehyst-controller"
 SCHEMA = 3  # 1: parameters alone; 2: with "adaptation"; 3: with "model"; each written only where it is needed
@@ -216,7 +182,7 @@ def _words(told: object) -> str:
 
 def _refused(path: object, what: str) -> ModelFileError:
     return ModelFileError(
-        f"controller file '{path}' {what} Write it with dehyst.control.save_controller(parameters, path); "
+        f"controller file '{path}' {what} Write it with dehyst.robot.control.save_controller(parameters, path); "
         f"`dehyst reproduce` writes one for each joint.",
         path=str(path),
     )

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
 import dehyst._native as _native
 from dehyst.arrays import Array
-from dehyst.control.storage import Words, refuse_image, words_of
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import signal_array
 from dehyst.models.card import ModelCard, SignalCard
@@ -21,6 +20,37 @@ from dehyst.models.model import Model, positive_period, require_model
 from dehyst.models.offset import OffsetNumbers, offset_numbers, width
 
 MEASURED = "measured"
+
+
+Words = npt.NDArray[np.uint32]
+
+_FAULTS = {  # answers of the core, as in core/dehyst.h
+    1: ("size", "it has another length: cut off, or of a model with another number of operators"),
+    2: ("kind", "it is no image of such a state in double precision"),
+    3: ("damaged", "its checksum is wrong"),
+    4: ("foreign", "it was saved with another model or other parameters"),
+    5: ("invalid", "it holds a state that cannot be here"),
+}
+
+
+def refuse_image(answer: int, cure: str) -> None:
+    """Raise ParameterError with the fault's name as ``facts["fault"]`` unless the core's answer is good."""
+    if answer:
+        fault, what = _FAULTS[answer]
+        raise ParameterError(f"the state was not restored: {what}. {cure}", fault=fault)
+
+
+def words_of(image: npt.ArrayLike) -> Words:
+    """Return an image as 32-bit words, or refuse_image what is none."""
+    words = np.asarray(image)
+    whole = words.ndim == 1 and words.dtype.kind in "iu" and bool(np.all((words >= 0) & (words < 2**32)))
+    if not whole:
+        raise ParameterError(
+            f"the state was not restored: an image is an array of 32-bit words, (m,), not {type(image).__name__} of "
+            f"shape {words.shape} and type {words.dtype}; pass what save() returned.",
+            fault="kind",
+        )
+    return cast(Words, np.ascontiguousarray(words, dtype=np.uint32))
 
 
 def followed(machine: Machine, card: ModelCard, direction: Direction, limit: float) -> Machine:
@@ -211,7 +241,7 @@ class Block:
     The actuator takes 0 to 1 V. The reference goes further than it can follow, and comes back:
 
     >>> from dehyst import PrandtlIshlinskii
-    >>> from dehyst.control import BLOCK_FLAGS
+    >>> from dehyst.models import BLOCK_FLAGS
     >>> model = PrandtlIshlinskii([0.0, 0.2], [1.0, 1.0])
     >>> block = Block(model, range=(0.0, 1.0))
     >>> wanted = [0.0, 1.0, 3.0, 1.5, 0.9]

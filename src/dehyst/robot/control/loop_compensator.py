@@ -13,18 +13,18 @@ from __future__ import annotations
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.control.compensator import refuse_second_shear
 from dehyst.errors import ParameterError
 from dehyst.families.loop_work import work
 from dehyst.models import Model
 from dehyst.models.arrays import parameter_number
 from dehyst.models.model import require_model
+from dehyst.robot.control.compensator import refuse_second_shear
 
 LAGGING = 1e-3  # work of a loop over its size from which on a model lags
 
 
 class LoopCompensator:
-    """A compensator, as `dehyst.control.Compensator` says, from a model of any family.
+    """A compensator, as `dehyst.robot.control.Compensator` says, from a model of any family.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class LoopCompensator:
     Examples
     --------
     >>> import numpy as np
-    >>> from dehyst.control import along
+    >>> from dehyst.robot.control import along
     >>> from dehyst.families.dahl import Dahl
     >>> friction = Dahl(curve=[0.0], lengths=[0.1], weights=[2.0])  # 0.2 bar of dry friction over 0.1 rad
     >>> along(LoopCompensator(friction), [0.0, 0.5, 0.5]).round(-2).tolist()

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <memory>
 
-#include "arrays.h"
+#include "robot.h"
 #include "joint_controller.h"
 #include "plant_joint.h"
 #include "stoppable.h"

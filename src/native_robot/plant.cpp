@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "robot.h"
 #include "no_pickle.h"
 #include "plant_joint.h"
 #include "stoppable.h"

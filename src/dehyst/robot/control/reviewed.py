@@ -29,10 +29,10 @@ from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
-import dehyst._native as _native
-from dehyst.control.parameters import JointControllerParameters
+import dehyst.robot._native as _native
 from dehyst.errors import ParameterError
 from dehyst.models.arrays import parameter_number
+from dehyst.robot.control.parameters import JointControllerParameters
 
 PAPER = "paper"
 MEAN = 3e5  # mean pressure at which the formulas look at the joint, [Pa]
@@ -386,7 +386,7 @@ def law_parameters(law: Any) -> dict[str, float] | None:
         return None
     if not isinstance(law, _Law):
         raise ParameterError(
-            f"the law is a {type(law).__name__}; pass a record of dehyst.control.reviewed such as "
+            f"the law is a {type(law).__name__}; pass a record of dehyst.robot.control.reviewed such as "
             f"derived_law('pid', parameters), None for the paper's controller, or in an arm one of your own, with "
             f"reset(seen, period) and step(seen, wanted)."
         )

@@ -14,7 +14,7 @@
 #include <sstream>
 #include <type_traits>
 
-#include "arrays.h"
+#include "robot.h"
 #include "plant.h"
 
 namespace {

@@ -11,14 +11,14 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-import dehyst._native as _native
+import dehyst.robot._native as _native
 from dehyst.arrays import Array
-from dehyst.control.compensator import PLAYS, refuse_second_shear
-from dehyst.control.parameters import Adaptation, JointControllerParameters
-from dehyst.control.reviewed import Law, law_parameters
-from dehyst.control.storage import refuse_image
 from dehyst.errors import ParameterError, UnitError
 from dehyst.models import DirectInverse, HysteresisModel, Schedule
+from dehyst.models.block import refuse_image
+from dehyst.robot.control.compensator import PLAYS, refuse_second_shear
+from dehyst.robot.control.parameters import Adaptation, JointControllerParameters
+from dehyst.robot.control.reviewed import Law, law_parameters
 from dehyst.units import MASS_FACTORS, TABLE, canonical
 
 DIRECT = "direct"  # form of the models that are one
@@ -235,7 +235,8 @@ class JointController:
     adaptation
         How a `DirectInverse` learns while ``SWITCHES["adapt"]`` is on; None: with the defaults of `Adaptation`.
     law
-        A controller of the literature in the place of the paper's, see `dehyst.control.reviewed`; None: the paper's.
+        A controller of the literature in the place of the paper's, see `dehyst.robot.control.reviewed`; None: the
+        paper's.
 
     Raises
     ------
@@ -415,7 +416,7 @@ def native_controller(
     Raises
     ------
     ParameterError
-        If the compensator is no model, or the law is no record of `dehyst.control.reviewed`.
+        If the compensator is no model, or the law is no record of `dehyst.robot.control.reviewed`.
     """
     direct = getattr(compensator, "core", "") == DIRECT
     return _native.JointController(
@@ -443,7 +444,7 @@ def _parameters_of(model: Any, shear: float) -> Any:
     if getattr(model, "core", "") != PLAYS:
         raise ParameterError(
             f"the compensator is a {type(model).__name__}, not a hysteresis model; pass model.inverse(), or give the "
-            f"term of a compensator of your own as the reference's extra (dehyst.control.along)."
+            f"term of a compensator of your own as the reference's extra (dehyst.robot.control.along)."
         )
     refuse_second_shear(model, shear)
     return model.stepper().parameters

@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple, Protocol, runtime_checkable
 
-from dehyst.control.joint import JointReference
 from dehyst.errors import OutputError, ParameterError
+from dehyst.robot.control.joint import JointReference
 
 
 class Reading(NamedTuple):

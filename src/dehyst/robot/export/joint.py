@@ -9,12 +9,7 @@ from typing import cast
 import numpy as np
 
 import dehyst._native as _native
-from dehyst.control.compensator import refuse_second_shear
-from dehyst.control.joint import FLAGS, JointController, direct_parameters, in_si
-from dehyst.control.parameters import OFF, Adaptation, JointControllerParameters
-from dehyst.control.storage import controller_checksum, controller_text
 from dehyst.errors import ParameterError, UnitError
-from dehyst.export.joint_run import joint_run
 from dehyst.export.names import check_name
 from dehyst.export.numbers import DirectNumbers, JointNumbers, ModelNumbers, direct_in, direct_numbers, model_numbers
 from dehyst.export.precision import FLOAT_LIMIT, check_float, check_values, in_real
@@ -23,6 +18,12 @@ from dehyst.export.subject import REALS, Subject, check_choice
 from dehyst.findings import Finding
 from dehyst.models import DirectInverse, HysteresisModel, Model
 from dehyst.models.storage import model_to_dict
+from dehyst.robot.control.compensator import refuse_second_shear
+from dehyst.robot.control.joint import FLAGS, JointController, direct_parameters, in_si
+from dehyst.robot.control.parameters import OFF, Adaptation, JointControllerParameters
+from dehyst.robot.control.storage import controller_checksum
+from dehyst.robot.export.interface import joint_interface
+from dehyst.robot.export.joint_run import joint_run
 from dehyst.units import TABLE, canonical, dimension
 
 # In float, shares of the largest size of each output. Measured: valve commands 4e-3, because they hold derivatives of
@@ -89,6 +90,7 @@ def joint_subject(
     fingerprint = zlib.crc32(f"{told} {model_to_dict(model)['sha256']} {real}".encode("ascii"))
     numbers = _numbers(compensator, parameters, learning or OFF, real, fingerprint)
     test = joint_run(parameters, compensator, real, learning)
+    interface = joint_interface(JointController(parameters, compensator, learning), parameters, learning)
     return Subject(
         what="joint-controller",
         name=name,
@@ -108,17 +110,10 @@ def joint_subject(
         test=test,
         tolerances=tuple(tolerances(parameters, test)),
         period=parameters.period,
-        parameters=parameters,
-        adaptation=learning,
+        controller=interface,
         retain=retain,
-        extra={"controller.json": controller_text(parameters, learning)},
+        extra=interface.files,
     )
-
-
-def controller_of(subject: Subject) -> JointController:
-    """Return the joint controller that a subject is the export of."""
-    assert subject.parameters is not None  # a joint controller has parameters
-    return JointController(subject.parameters, _compensator(subject.model, subject.parameters), subject.adaptation)
 
 
 def _compensator(model: Model, parameters: JointControllerParameters) -> HysteresisModel | DirectInverse:

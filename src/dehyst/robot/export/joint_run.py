@@ -8,11 +8,11 @@ from typing import cast
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.control.joint import GIVEN, SWITCHES, JointController, JointReference, in_si
-from dehyst.control.parameters import Adaptation, JointControllerParameters
 from dehyst.export.precision import rounded
 from dehyst.export.signal import Signal
 from dehyst.models import DirectInverse, HysteresisModel
+from dehyst.robot.control.joint import GIVEN, SWITCHES, JointController, JointReference, in_si
+from dehyst.robot.control.parameters import Adaptation, JointControllerParameters
 
 SENSORS = ("angle", "pressure_1", "pressure_2")
 REFERENCE = (
