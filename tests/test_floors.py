@@ -12,7 +12,7 @@ SOURCE = Path(__file__).parents[1] / "src" / "dehyst"
 FLOORS = (  # those of the architecture, with errors below the other modules of the first one, and app below cli
     {"arrays", "shell", "version"},
     {"errors", "findings", "_native"},
-    {"fields", "files", "units"},
+    {"fields", "files", "plugins", "units"},
     {"data"},
     {"models"},
     {"identification", "control", "design"},
