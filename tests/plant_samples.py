@@ -3,8 +3,8 @@
 import copy
 
 import numpy as np
-from dehyst.robot._native import PneumaticJoint
 
+from dehyst.robot._native import PneumaticJoint
 from dehyst.robot.arm import mechanisms
 
 BAR = 1e5

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from dehyst.robot._native import muscle_volume, valve_flow
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from dehyst.robot._native import muscle_volume, valve_flow
 from plant_samples import AIR, VALVE, joint, muscle, parameters
 
 RT = AIR["gas_constant"] * AIR["temperature"]

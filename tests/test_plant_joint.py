@@ -5,11 +5,11 @@ import weakref
 
 import numpy as np
 import pytest
-from dehyst.robot._native import PneumaticJoint, muscle_force
 from hypothesis import given
 from hypothesis import strategies as st
 
 from dehyst.errors import ParameterError
+from dehyst.robot._native import PneumaticJoint, muscle_force
 from dehyst.robot.arm import mechanisms
 from dehyst.robot.arm.joints import run_pressures
 from plant_oracles import MaxwellSlip

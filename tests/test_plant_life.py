@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from dehyst.robot._native import PneumaticJoint
 
 from dehyst.robot import _native
+from dehyst.robot._native import PneumaticJoint
 from dehyst.robot.arm import Arm, JointBench, Reference, load_robot
 from dehyst.robot.arm.joints import pneumatic_joint_parameters
 from dehyst.robot.arm.runs import FAULTS

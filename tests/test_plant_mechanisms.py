@@ -4,11 +4,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from dehyst.robot._native import PLANT_TURNS, everett, hysteresis_force
 from hypothesis import given
 from hypothesis import strategies as st
 
 from dehyst.errors import ParameterError
+from dehyst.robot._native import PLANT_TURNS, everett, hysteresis_force
 from dehyst.robot.arm import mechanisms
 from plant_oracles import MaxwellSlip, Relays
 from plant_oracles import everett as everett_oracle

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from dehyst.robot._native import PneumaticJoint, muscle_force, muscle_volume, valve_flow
 from scipy.optimize import brentq
 
+from dehyst.robot._native import PneumaticJoint, muscle_force, muscle_volume, valve_flow
 from plant_samples import AIR, BAR, BENCH, VALVE, muscle, parameters
 
 CONTRACTIONS = np.array([0, 2, 5, 10, 15, 20, 25]) / 100

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dehyst.robot._native import PneumaticJoint
 from numpy.polynomial import Polynomial
 from numpy.polynomial.polynomial import polyval
 
 from dehyst.errors import ParameterError
+from dehyst.robot._native import PneumaticJoint
 from dehyst.robot.arm import load_robot
 from dehyst.robot.arm import rigid_body as rb
 from dehyst.robot.arm.joints import built_plant, pneumatic_joint_parameters, run_pressures
