@@ -136,6 +136,11 @@ def _refuse_contradictions(request: ExportRequest) -> None:
         other = "--what joint-controller" if request.log is None else "--log"
         why = "learns its own" if request.log is None else "takes one column, and what was measured is another"
         raise ParameterError(f"--follow-offset does not go with {other}, which {why}. Leave one of them out.")
+    if request.retain and request.what not in WHATS:
+        raise ParameterError(
+            f"--retain belongs to --what inverse or forward: a PLC keeps the memory of a block, and --what "
+            f"{request.what} is exported as C, which says itself what it saves and restores. Leave --retain out."
+        )
     if request.log is None and _part(request) != ALL:
         raise ParameterError("--run, --from, --to and --time choose a part of --log LOG; add that, or leave them out.")
     if request.name is not None:
@@ -160,7 +165,7 @@ def _subject(model: Model, request: ExportRequest, real: str) -> tuple[Subject, 
     ramp = RAMP if request.ramp is None else request.ramp
     if request.what not in WHATS:
         path = cast(Path, request.controller)
-        return controller_kind(request.what).from_file(model, path, name=name, real=real, retain=request.retain)
+        return controller_kind(request.what).from_file(model, path, name=name, real=real)
     excerpt = None
     if request.log is not None and model.unit_needs:
         raise ParameterError(

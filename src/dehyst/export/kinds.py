@@ -20,9 +20,7 @@ class ControllerKind(Protocol):
 
     summary: str
 
-    def from_file(
-        self, model: Model, path: Path, *, name: str, real: str, retain: bool
-    ) -> tuple[Subject, list[Finding]]:
+    def from_file(self, model: Model, path: Path, *, name: str, real: str) -> tuple[Subject, list[Finding]]:
         """Return the controller that holds `model` with the parameters of a file."""
         ...
 

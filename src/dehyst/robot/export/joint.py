@@ -42,7 +42,6 @@ def joint_subject(
     *,
     name: str,
     real: str = "double",
-    retain: bool = False,
 ) -> Subject:
     """Return a joint controller whose compensator is the inverse of a model, or a direct inverse.
 
@@ -59,8 +58,6 @@ def joint_subject(
         C identifier.
     real
         "double" or "float".
-    retain
-        Keep memory of the actuator and what was learned over a power cycle: for a PLC.
 
     Raises
     ------
@@ -105,13 +102,11 @@ def joint_subject(
             "real": real,
             "range": None,
             "ramp": 0,
-            **({"retain": True} if retain else {}),
         },
         test=test,
         tolerances=tuple(tolerances(parameters, test)),
         period=parameters.period,
         controller=interface,
-        retain=retain,
         extra=interface.files,
     )
 

@@ -29,22 +29,20 @@ class JointControllerKind:
 
     summary = "a whole joint controller with the model's inverse, or the direct inverse, as its compensator"
 
-    def from_file(
-        self, model: Model, path: Path, *, name: str, real: str, retain: bool
-    ) -> tuple[Subject, list[Finding]]:
+    def from_file(self, model: Model, path: Path, *, name: str, real: str) -> tuple[Subject, list[Finding]]:
         """Return the controller with the parameters of a file, and what is not known of the model's units."""
         parameters, adaptation = load_controller(path), load_adaptation(path)
-        subject = joint_subject(model, parameters, adaptation, name=name, real=real, retain=retain)
+        subject = joint_subject(model, parameters, adaptation, name=name, real=real)
         return subject, unit_findings(model)
 
     def from_folder(
         self, model: Model, text: Callable[[str], str], folder: Path, settings: Mapping[str, Any]
     ) -> Subject:
         """Return the controller of an export folder again."""
-        name, real, retain = str(settings["name"]), str(settings["real"]), bool(settings.get("retain"))
+        name, real = str(settings["name"]), str(settings["real"])
         where = str(folder / "controller.json")
         parameters, adaptation = controller_and_adaptation(text("controller.json"), where)
-        return joint_subject(model, parameters, adaptation, name=name, real=real, retain=retain)
+        return joint_subject(model, parameters, adaptation, name=name, real=real)
 
     def shown_interface(self) -> list[str]:
         """Return lines about sensors, references and outputs."""
