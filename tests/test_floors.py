@@ -15,7 +15,7 @@ FLOORS = (  # those of the architecture, with errors below the other modules of 
     {"fields", "files", "plugins", "units"},
     {"data"},
     {"models"},
-    {"identification", "control", "design"},
+    {"identification", "design"},
     {"families"},
     {"io", "monitoring"},
     {"export", "neighbours", "report"},
@@ -25,7 +25,7 @@ FLOORS = (  # those of the architecture, with errors below the other modules of 
     {"__main__", "worker"},
 )
 INNER = {  # floors inside large rooms, of what is named
-    "robot": ({"muscles", "iso9283"}, {"arm"}, {"experiments"}, {"report"}),
+    "robot": ({"control", "muscles", "iso9283"}, {"export"}, {"arm"}, {"experiments"}, {"report"}),
     "identification": (
         {"data"},
         {"regressors"},

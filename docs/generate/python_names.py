@@ -73,7 +73,7 @@ def page() -> str:
 
 def _of_robot(name: str) -> bool:
     """Whether a public name belongs to the simulated robot rather than to models and logs."""
-    rooms = ("dehyst.robot", "dehyst.control")
+    rooms = ("dehyst.robot",)
     module = str(getattr(dehyst, name).__module__)
     return module.startswith(rooms) and module != "dehyst.models.block"
 

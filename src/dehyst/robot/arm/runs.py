@@ -33,7 +33,7 @@ class Reference:
         mean pressure [Pa], pressure difference [Pa], extra compensation [Pa] and torque that is hung on the joint [Nm],
         of the n moving joints.
     switches
-        (K, n) what is switched on from each knot on: see `dehyst.control`; plus values of `FAULTS`, what goes
+        (K, n) what is switched on from each knot on: see `dehyst.robot.control`; plus values of `FAULTS`, what goes
         wrong with sensors and reference until the next knot.
 
     Examples
