@@ -380,7 +380,7 @@ def test_jumps_of_the_computed_input_are_said_with_size_and_place(run, folder, t
     x = table(out)["compensated_pressure_difference [bar]"]
     size = np.abs(np.diff(x)).max()
     assert f"{size:.4g} bar ({100 * size / (card.high - card.low):.3g} %)" in flat
-    assert "from 0.99 s to 1 s" in flat and "--eps" in flat
+    assert "from 0.99 s to 1 s" in flat and "--eps" not in flat  # the reference itself jumps
     assert "input-jumps" not in run("compensate", folder / "model.json", folder / "reference.csv", "--output", ANGLE)[2]
 
 

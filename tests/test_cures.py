@@ -1,59 +1,113 @@
-"""A cure that names an option is executed on the log that raised it, and removes the finding."""
+"""A cure that names an option or a command is executed on the log that raised it: it removes or changes the finding."""
 
+import ast
 import re
 import shlex
+import sys
+from pathlib import Path
 
-import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 import dehyst
+from cures import CURES, moved
 from dehyst.cli import app
 from dehyst.design import design_excitation
+from dehyst.findings import Finding
+from dehyst.identification.cautions import with_reasons
+from test_identification_findings import rate_dependent
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "docs" / "generate"))
+
+from findings import SOURCE, TEXTS, codes_in
+
+SAID = re.compile(r"warning ([a-z-]+): (.*?)(?=\n\s*\n|\nwarning |\Z)", re.S)
+NAMES_SOMETHING = re.compile(r"(?<![\w-])--[a-z][a-z-]+|dehyst (?:design|compare|inspect|identify|muscle)\b")
+# A slice of them that takes a few seconds; the others are marked slow.
+QUICK = {
+    "no-time",
+    "time-unit",
+    "day-numbers",
+    "gap",
+    "memory-carried",
+    "header-width",
+    "drift",
+    "unknown-past",
+    "verdict",
+}
+ROWS = [
+    pytest.param(code, row, id=f"{code}-{number}", marks=[] if code in QUICK else [pytest.mark.slow])
+    for code, rows in CURES.items()
+    for number, row in enumerate(rows)
+]
 
 
-def creeping(x, time, taus=(8.0, 60.0)):
-    """Plays with creep: a rig."""
-    y = dehyst.PrandtlIshlinskii([0.0, 0.3, 0.8], [1.0, 0.4, 0.3]).simulate(x)
-    total = y.copy()
-    for tau in taus:
-        lag, state = np.empty_like(y), y[0]
-        for k in range(y.size):
-            state += (y[k] - state) * (1.0 - np.exp(-(time[1] - time[0]) / tau))
-            lag[k] = state
-        total += 0.15 * lag
-    return total
+def typed(line):
+    """Run a line; its exit status and its findings by code."""
+    outcome = CliRunner().invoke(app, shlex.split(line.removeprefix("dehyst ")))
+    return outcome, {code: " ".join(message.split()) for code, message in SAID.findall(outcome.output)}
 
 
-def logged(folder, name, line):
-    """Run what design wrote on the rig, and log it; returns the line that design printed for it."""
-    words = shlex.split(line)[1:]
-    done = CliRunner().invoke(app, [*words, "--period", "0.04", "--out", str(folder / "motion.csv"), "--overwrite"])
-    assert done.exit_code == 0, done.output
-    time, command = np.loadtxt(folder / "motion.csv", delimiter=",", skiprows=1, usecols=(0, 1), unpack=True)
-    y = creeping(command, time)
-    np.savetxt(
-        folder / name, np.column_stack([time, command, y]), delimiter=",", header="time_s,volt,angle", comments=""
-    )
-    said = next(each for each in done.output.splitlines() if each.startswith("dehyst identify"))
-    return said.replace("LOG", name).replace("--input COLUMN --output COLUMN", "--input volt --output angle")
+@pytest.mark.parametrize(("code", "row"), ROWS)
+def test_what_a_finding_names_is_typed_and_ends_or_changes_it(code, row, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    row.write(tmp_path)
+    outcome, before = typed(row.line)
+    assert code in before, outcome.output
+    cure = re.search(row.named, before[code])
+    assert cure, before[code]
+    line = row.typed.format(line=row.line, named=cure[0]).removeprefix("dehyst ")
+    outcome, after = typed(line)
+    assert outcome.exit_code == 0, outcome.output
+    if row.after == "runs":
+        return
+    if line.startswith("design"):
+        moved(tmp_path, row.taus)
+    if line.split()[0] != row.line.split()[0]:  # what it made is used as before
+        outcome, after = typed(row.line)
+    if row.after == "gone":
+        assert code not in after, after[code]
+    else:
+        assert after.get(code) != before[code]
 
 
-def warnings_of(folder, line, monkeypatch):
-    monkeypatch.chdir(folder)
-    done = CliRunner().invoke(app, [*shlex.split(line)[1:], "--family", "creep-pi"])
-    assert done.exit_code == 0, done.output
-    return " ".join(done.output.split())
+def codes_that_name_something():
+    """Codes of findings whose text, in the source or on the page, names an option or a command as a cure."""
+    named = {code for entries in TEXTS.values() for code, (_, cure) in entries.items() if NAMES_SOMETHING.search(cure)}
+    for path in SOURCE.rglob("*.py"):
+        text = path.read_text(encoding="utf-8")
+        for call in ast.walk(ast.parse(text)):
+            if isinstance(call, ast.Call) and getattr(call.func, "id", getattr(call.func, "attr", "")) in (
+                "Finding",
+                "say",
+            ):
+                words = ast.unparse(call)
+                if NAMES_SOMETHING.search(words):
+                    named |= codes_in(words)
+    return named
 
 
 @pytest.mark.slow
-def test_a_rest_that_is_asked_for_is_planned_and_ends_the_guess(tmp_path, monkeypatch):
-    first = logged(tmp_path, "log.csv", "dehyst design --range 0 5 --time-limit 300")
-    said = warnings_of(tmp_path, first, monkeypatch)
-    cure = re.search(r"creep-beyond-rests: .*?`(dehyst design [^`]*)`", said)
-    assert cure, said
-    second = logged(tmp_path, "log2.csv", cure[1])
-    assert "creep-beyond-rests" not in warnings_of(tmp_path, second, monkeypatch)
+def test_every_finding_that_names_an_option_has_a_row():
+    missing = codes_that_name_something() - {code for code, rows in CURES.items() if rows}
+    assert not missing
+
+
+def test_a_gain_that_plays_cannot_lower_without_losing_rate_is_not_cured_by_plays():
+    fit = dehyst.identify(rate_dependent(), "rate-dependent-pi")
+    said = {finding.code: finding.message for finding in fit.warnings}
+    assert "--max-inverse-gain" not in said["high-inverse-gain"]
+    assert "Smooth the reference" in said["high-inverse-gain"] and "this log depends on" in said["high-inverse-gain"]
+
+
+def test_what_is_named_as_the_reason_of_a_poor_fit_is_a_finding_of_that_fit():
+    poor, differs = Finding("poor-fit", "The model misses."), Finding("drift", "It drifts.")
+    alone = with_reasons((poor, Finding("no-time", "No time.")))
+    assert alone[0].message.startswith("The model misses. No other finding says why.")
+    assert [finding.message for finding in with_reasons((differs, poor))] == [
+        "It drifts.",
+        "The model misses. What may be the reason: drift.",
+    ]
 
 
 @pytest.mark.parametrize("hold", [5.0, 80.0, 400.0])
@@ -68,33 +122,3 @@ def test_design_rests_as_long_as_was_asked_for(hold):
     except dehyst.DehystError as again:
         plan = design_excitation(-1.0, 1.0, hold=hold, time_limit=again.facts["needed"])
     assert max(plan.hold_s) >= hold
-
-
-@pytest.mark.slow
-def test_a_unit_that_cannot_keep_its_period_is_said_and_what_helps_helps(tmp_path):
-    time = np.arange(3000) * 1e-4
-    x = np.sin(40.0 * time) * np.linspace(1.0, 0.3, time.size)
-    rec = dehyst.Recording(input=x, output=creeping(x, time, (0.01, 0.1)), time=time)
-    dehyst.identify(rec, "creep-pi").model.save(tmp_path / "m.json")
-
-    def export(*more):
-        words = [
-            "export",
-            str(tmp_path / "m.json"),
-            "--target",
-            "c",
-            "--out",
-            str(tmp_path / "c"),
-            "--overwrite",
-            *more,
-        ]
-        done = CliRunner().invoke(app, words)
-        assert done.exit_code == 0, done.output
-        return " ".join(done.output.split())
-
-    said = export("--period", "0.0001")
-    assert "step-exceeds-period" in said and "cortex-m4f at 168 MHz" in said
-    cure = re.search(r"(--period [\d.e-]+|--real float)(?=[,)])", said.split("step-exceeds-period")[1])[1]
-    assert "step-exceeds-period" not in export(
-        *(cure.split() if "period" in cure else ["--period", "0.0001", *cure.split()])
-    )

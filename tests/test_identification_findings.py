@@ -142,7 +142,7 @@ FIRING = {
     "high-inverse-gain": (backlash, {}, "--eps"),
     "inverse-useless": (dead, {"family": "pi", "eps": 1e-8}, "raise --eps"),
     "two-actuators": (weakened, {}, "--from, --to"),
-    "poor-fit": (erratic, {}, "other"),
+    "poor-fit": (erratic, {}, "may be the reason: mixed-loop"),
     "never-turns": (lambda: clean(), {"train_fraction": 0.02, "n": 10}, "--train-fraction 1"),
     "inverse-misses": (lambda: erratic(2.0), {"family": "pi"}, "simulation only"),
     "recordings-differ": (lambda: [clean(), clean(output=clean().output + 1.0)], {}, "align the zeros"),

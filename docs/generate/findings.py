@@ -433,7 +433,7 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Right after a reversal the inverse is more than {USELESS_GAIN} times as steep as over the whole range: "
             "a two-thousandth of the "
             "output's range may ask for the whole of the input's. The verdict is no.",
-            "Raise --eps, and see the other warnings for the reason: a loop that is flat right after its reversals, or "
+            "Raise --eps. The reason is a loop that is flat right after its reversals, or "
             "a log that is not of one actuator.",
         ),
         "output-unrelated": (
@@ -450,7 +450,7 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         ),
         "poor-fit": (
             "The model misses by more than {POOR_PERCENT} % of the output's range.",
-            "See the other warnings for the reason. Do not compensate with it.",
+            "Do not compensate. The message names the findings that may be the reason, or says that there is none.",
         ),
         "never-turns": (
             "The input never turns within the training part: one branch shows no hysteresis.",
@@ -459,7 +459,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         "inverse-misses": (
             "To reach the measured output, the inverse asks for an input that is off by more than "
             "{INVERSE_MISSES} % of the input's range (rms).",
-            "Use the model for simulation only. See the other warnings for the reason.",
+            "Use the model for simulation only. The message names the findings that may be the reason, or says "
+            "that there is none.",
         ),
         "gain-exceeded": (
             "The inverse is steeper than `--max-inverse-gain` allows, and no larger eps lowers it: an output map or "

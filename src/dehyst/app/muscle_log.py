@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ VACUUM = -2e4  # Pa gauge; offsets of sensors are smaller
 ATMOSPHERE = 101325.0  # Pa
 GRAVITY = 9.80665  # m/s^2, standard
 # Largest value up to which a pressure without a unit is taken for one, in order.
+PRESSURES, FORCES, LENGTHS = ("kPa", "MPa", "bar", "psi", "mbar", "Pa"), ("kN", "lbf", "N"), ("mm", "cm", "m", "in")
 GUESSES = ((12.0, "bar"), (1200.0, "kPa"), (12_000.0, "mbar"), (float("inf"), "Pa"))
 
 
@@ -56,6 +58,11 @@ def read_bench_log(path: Path, request: MuscleRequest, length: float | None) -> 
     time = None if request.at_rest else table.time
     log = BenchLog(moved, pressure, force, time, table.name, tuple(findings))
     return log, dict(table.provenance)
+
+
+def _another(candidates: Sequence[str], taken: str, fits: Callable[[str], bool]) -> str | None:
+    """Return a unit that a nameless column may have in the place of the one that was taken: none that is refused."""
+    return next((unit for unit in candidates if unit != taken and fits(unit)), None)
 
 
 def _unit(table: Columns, role: str, option: str | None) -> str:
@@ -95,7 +102,7 @@ def contraction_of(table: Columns, option: str | None, length: float | None, fin
         Finding(
             "muscle-unit-guessed",
             f"contraction goes up to {largest:.4g} in column '{table.names['contraction']}', which names no unit: "
-            f"taken as percent. If it is a length: --contraction-unit mm, with --length.",
+            f"taken as percent. If it is a length: --contraction-unit mm, and --length 300mm or what it is at rest.",
         )
     )
     return values / 100.0
@@ -129,11 +136,13 @@ def contraction_of_length(table: Columns, option: str | None, length: float | No
         )
     if not unit:
         unit = "m" if np.median(values) < 20.0 * length else "mm"
+        other = _another(LENGTHS, unit, lambda each: _within(1.0 - np.asarray(convert(values, each, "m")) / length))
+        cure = f"If it is in another one: --contraction-unit {other}." if other else "No other unit fits that length."
         findings.append(
             Finding(
                 "muscle-unit-guessed",
                 f"column '{table.names['length']}' names no unit: taken as {unit}, which fits --length {length:g} m. "
-                f"Otherwise say it: --contraction-unit cm.",
+                f"{cure}",
             )
         )
     _known(table, "length", unit, "length", "--contraction-unit mm")
@@ -146,13 +155,10 @@ def _pressure(table: Columns, request: MuscleRequest, findings: list[Finding]) -
     largest, name = float(np.max(values)), table.names["pressure"]
     if not unit:
         unit = next(found for limit, found in GUESSES if largest <= limit)
-        findings.append(
-            Finding(
-                "muscle-unit-guessed",
-                f"column '{name}' names no unit: values up to {largest:.4g} were taken as {unit}. If they are in "
-                f"another one: --pressure-unit kPa, or call the column {name}_kPa.",
-            )
+        other = _another(
+            PRESSURES, unit, lambda each: WEAKEST <= float(np.asarray(convert(largest, each, "Pa"))) <= STRONGEST
         )
+        findings.append(_unit_guessed(name, largest, unit, "--pressure-unit", other))
     _known(table, "pressure", unit, "pressure", "--pressure-unit bar")
     found = np.asarray(convert(values, unit, "Pa")) - (ATMOSPHERE if request.absolute else 0.0)
     if largest <= 0.0:
@@ -194,7 +200,9 @@ def _force(table: Columns, option: str | None, findings: list[Finding]) -> Array
         found = table.values["force"] * (MASS_FACTORS[mass] * GRAVITY)
     else:
         if not unit:
-            findings.append(_force_unit_guessed(table))
+            largest = float(np.max(np.abs(table.values["force"])))
+            other = _another(FORCES, "N", lambda each: float(np.asarray(convert(largest, each, "N"))) <= HARDEST)
+            findings.append(_unit_guessed(table.names["force"], largest, "N", "--force-unit", other))
         _known(table, "force", unit or "N", "force", "--force-unit N")
         found = np.asarray(convert(table.values["force"], unit or "N", "N"))
     if float(found.max()) <= 0.05 * float(-found.min()):
@@ -218,18 +226,24 @@ def _force(table: Columns, option: str | None, findings: list[Finding]) -> Array
     return found
 
 
-def _force_unit_guessed(table: Columns) -> Finding:
-    name, largest = table.names["force"], float(np.max(np.abs(table.values["force"])))
+def _unit_guessed(name: str, largest: float, taken: str, flag: str, other: str | None) -> Finding:
+    """Say which unit was taken for a column that names none, and which one it may be in its place."""
+    cure = f"If they are in another one: {flag} {other}, or call the column {name}_{other}." if other else ""
     return Finding(
         "muscle-unit-guessed",
-        f"column '{name}' names no unit: values up to {largest:.4g} were taken as N. If they are in another one: "
-        f"--force-unit kN, or call the column {name}_kN.",
+        f"column '{name}' names no unit: values up to {largest:.4g} were taken as {taken}. "
+        f"{cure or 'No other unit fits a muscle.'}",
     )
+
+
+def _within(contraction: Array) -> bool:
+    """Whether muscles reach a contraction."""
+    return bool(contraction.min() >= SHORTEST and contraction.max() <= LONGEST)
 
 
 def _refuse_range(contraction: Array, role: str) -> None:
     low, high = float(contraction.min()), float(contraction.max())
-    if low >= SHORTEST and high <= LONGEST:
+    if _within(contraction):
         return
     cure = (
         "The length at rest is another one (--length), or the column's unit (--contraction-unit)"

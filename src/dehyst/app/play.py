@@ -25,6 +25,8 @@ from dehyst.models.start import ABOUT, DEFAULT, MODEL, UNKNOWN, begun, check_sta
 
 # A step of the computed input between two samples, as a share of the identified range, that is worth a warning.
 JUMP = 0.1
+# A jump is the inverse's, which a firmer eps lowers, where it is so many times that of the reference, of their ranges.
+STEEPER = 2.0
 # A band narrower than this share of its largest width has closed.
 CLOSED = 1e-6
 COMPENSATED = "compensated"
@@ -62,7 +64,7 @@ def run_compensate(request: CompensateRequest) -> None:
         if not request.unknown_state:
             findings += _proof(model, inverse, played, y)
     findings += outside(played.answer, model.card.input, "computed input", "the actuator may not be able to give it")
-    findings += [*_jumps(played.answer, model, signal), *dead_time_findings(model, SEND)]
+    findings += [*_jumps(played.answer, y, model, signal), *dead_time_findings(model, SEND)]
     _write(request, signal, {_column(model.card.output): y, **played.columns}, played)
     print_findings([*said, *_about(signal, "reference"), *findings, *played.findings], stderr=True)
 
@@ -248,7 +250,7 @@ def _about(signal: Signal, role: str) -> list[Finding]:
     ]
 
 
-def _jumps(x: Array, model: Model, signal: Signal) -> list[Finding]:
+def _jumps(x: Array, y: Array, model: Model, signal: Signal) -> list[Finding]:
     """Steps of the computed input that no valve or amplifier follows from one sample to the next."""
     card = model.card.input
     if card.low is None or card.high is None or not card.high > card.low or x.size < 2:
@@ -261,13 +263,14 @@ def _jumps(x: Array, model: Model, signal: Signal) -> list[Finding]:
         return []
     k = int(np.argmax(step))
     unit = f" {card.unit}" if card.unit else ""
+    steeper = share[k] > STEEPER * abs(y[k + 1] - y[k]) / max(float(np.ptp(y)), 1e-300)
     return [
         Finding(
             "input-jumps",
             f"the computed input jumps from one sample to the next by more than {100 * JUMP:g} % of its identified "
             f"range at {large} of {step.size} steps; the largest, {step[k]:.4g}{unit} ({100 * share[k]:.3g} %), from "
             f"{_place(signal, k)} to {_place(signal, k + 1)}. The actuator will lag there. Smooth the reference or "
-            f"sample it more finely{_eps(model)}.",
+            f"sample it more finely{_eps(model) if steeper else ''}.",
         )
     ]
 

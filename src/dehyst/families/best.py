@@ -27,6 +27,7 @@ from dehyst.identification import identify as identify_plays
 from dehyst.identification.cautions import Knows, plays_only
 from dehyst.identification.cautions import late as lateness_finding
 from dehyst.identification.certify import fit_of
+from dehyst.identification.data import range_over
 from dehyst.identification.evidence import beyond_rests, without_holds
 from dehyst.identification.families import FAMILIES, STATIC
 from dehyst.identification.fit import Candidate, Certificate, Fit, size_of
@@ -241,7 +242,8 @@ class _Job:
     def _without_holds(self, model: LoopModel, measured: Measured) -> Iterator[Finding]:
         x, time = self.records[0].input[:TRIED], self.records[0].time
         if time is not None and model.rate_dependent:
-            yield from without_holds(measured.evidence, lambda at: model.simulate(x, at), time[:TRIED])
+            span = range_over([record.input for record in self.records])
+            yield from without_holds(measured.evidence, lambda at: model.simulate(x, at), time[:TRIED], span)
             yield from beyond_rests(x, time[:TRIED], model.simulate, self.data.output_range)
 
     def _measured(self, model: LoopModel) -> Measured:

@@ -31,9 +31,17 @@ USELESS_GAIN = 2e3
 # ... nor is a model of an actuator that became another one.
 OTHER_ACTUATOR = 0.25
 POOR_PERCENT = 10.0
-ROW_GAIN = (
-    "Smooth the reference. Or, where the loop runs counter-clockwise and neither creep nor rate matters, take plays "
-    "with a smaller gain: --max-inverse-gain G, in units of input over output."
+# Findings that a model is poor, and those that may be why.
+POOR = ("poor-fit", "inverse-misses")
+REASONS = (
+    "rate-dependent", "drift", "two-actuators", "mixed-loop", "clockwise", "few-loops", "never-turns", "unknown-memory",
+    "recordings-differ", "swapped-columns", "output-unrelated", "output-stopped", "output-late", "output-early",
+    "held-out-worse", "extrapolation", "one-loop-size", "spectral-peak", "outlier", "saturated-input",
+    "saturated-output", "held-input", "held-output", "undetermined-operators",
+)  # fmt: skip
+NO_REASON = (
+    "No other finding says why. Something that was not logged may move the output too (load, temperature, supply), or "
+    "no model here has a loop of this kind: the residual in the report shows where it misses."
 )
 # A compensator that is off by a quarter of its range does harm.
 INVERSE_MISSES = 25.0
@@ -233,28 +241,26 @@ def about_fit(
             f"right after a reversal the inverse may ask for {certificate.inverse_gain:.4g}{unit_of_gain(first)} "
             f"({gain:.0f} times as much as over the whole range): noise on its input becomes steps of its output. "
             f"{_of_units(slope) if paper else ''}"
-            f"{ROW_GAIN if knows.crosses else _cure_of_gain(certificate)}",
+            f"{_cure_of_terms(measured, leads, slope) if knows.crosses else _cure_of_gain(certificate)}",
         )
     if np.isfinite(gain) and gain > USELESS_GAIN and not misses:
         yield Finding(
             "inverse-useless",
             f"a change of the wanted output by 0.01 % of its range may ask for {0.01 * gain:.0f} % of the input's: the "
-            f"inverse turns any noise into full strokes. Do not compensate with this model; raise --eps, and see the "
-            f"other warnings for the reason.",
+            f"inverse turns any noise into full strokes. Do not compensate with this model; raise --eps.",
         )
     if misses:
         yield Finding(
             "inverse-misses",
             f"to reach the measured output the inverse asks for an input that is off by "
             f"{of_range(certificate.inverse_miss_percent)} the input's range (rms): a compensator would drive the "
-            f"actuator astray. Use the model for simulation only; see the other warnings for the reason.",
+            f"actuator astray. Use the model for simulation only.",
         )
     percent = 100.0 * error / data.output_range
     if percent > POOR_PERCENT:
         yield Finding(
             "poor-fit",
-            f"the model misses by {of_range(percent)} the output's range: too much for compensation. See the other "
-            f"warnings for the reason.",
+            f"the model misses by {of_range(percent)} the output's range: too much for compensation.",
         )
     if measured.test is None and asked_test:
         yield no_held_out()
@@ -338,6 +344,16 @@ def _held_out(measured: Measured) -> Iterator[Finding]:
         )
 
 
+def with_reasons(findings: tuple[Finding, ...]) -> tuple[Finding, ...]:
+    """Findings; those that a model is poor name the others that may be why, or say that there is none."""
+    others = [finding.code for finding in findings if finding.code in REASONS]
+    names = ", ".join(dict.fromkeys(others))
+    why = f"What may be the reason: {names}." if names else NO_REASON
+    return tuple(
+        Finding(finding.code, f"{finding.message} {why}") if finding.code in POOR else finding for finding in findings
+    )
+
+
 def unrelated(measured: Measured) -> bool:
     """Whether the output does not follow the input on held-out samples, and hardly on the fitted ones."""
     test, static = measured.test, measured.static_test
@@ -403,8 +419,9 @@ def plays_only(cause: str, cure: str) -> Finding:
     )
 
 
-def no_hysteresis(candidates: tuple[Candidate, ...]) -> Finding:
-    """What to say where a curve is the answer."""
+def no_hysteresis(candidates: tuple[Candidate, ...], span: tuple[float, float]) -> Finding:
+    """What to say where a curve is the answer, on a log whose input has the range `span`."""
+    line = command("design", range=(f"{span[0]:.3g}", f"{span[1]:.3g}"))
     curve = next(each for each in candidates if each.family == STATIC)
     best = min((each for each in candidates if each.family != STATIC), key=lambda each: each.error_percent)
     return Finding(
@@ -412,7 +429,7 @@ def no_hysteresis(candidates: tuple[Candidate, ...]) -> Finding:
         f"on loops held out within the fitted part a curve without memory misses by {curve.error_percent:.2f} % of "
         f"range, the best model with memory ({best.family}) by {best.error_percent:.2f} %: hysteresis was not found at "
         f"this scale, or does not repeat, so the model is the curve. If the loop in the report is open, log more of "
-        f"it, warmed up and under one load (`dehyst design` plans the motion), or insist with --family {best.family}.",
+        f"it, warmed up and under one load (`{line}` plans the motion), or insist with --family {best.family}.",
     )
 
 
@@ -449,11 +466,25 @@ def _of_units(slope: float) -> str:
     )
 
 
+def _cure_of_terms(measured: Measured, leads: bool, slope: float) -> str:
+    """What lowers the gain of a sum of elements, which has no eps: plays, where they can show the loop."""
+    depends = [evidence.words for evidence in measured.evidence if evidence.there]
+    if leads or depends:
+        lacks = f"this log depends on {' and '.join(depends)}" if depends else "this loop runs clockwise"
+        return f"Smooth the reference. Plays, whose gain can be bounded, do not help: {lacks}."
+    return (
+        f"Smooth the reference, or take plays, whose gain can be bounded, and which may err more: --max-inverse-gain "
+        f"{0.9 * HIGH_GAIN / slope:.2g}."
+    )
+
+
 def _cure_of_gain(certificate: Certificate) -> str:
     if certificate.affordable_eps is not None:
+        left = 1.0 / certificate.affordable_eps  # of the ratio of the ranges, right after a reversal
+        still = f" It leaves up to {left:.0f} times." if is_high(left) else ""
         return (
             f"Identify with --eps {certificate.affordable_eps:.3g}, or --eps auto: it costs less than 5 % of the "
-            f"accuracy of the fit."
+            f"accuracy of the fit.{still}"
         )
     if certificate.enough_eps is not None:
         return (

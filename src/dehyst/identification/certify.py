@@ -9,7 +9,15 @@ from typing import Any, NamedTuple
 from dehyst.arrays import rank
 from dehyst.findings import Finding
 from dehyst.identification import facts
-from dehyst.identification.cautions import Knows, about_data, about_fit, no_hysteresis, of_range, unrelated
+from dehyst.identification.cautions import (
+    Knows,
+    about_data,
+    about_fit,
+    no_hysteresis,
+    of_range,
+    unrelated,
+    with_reasons,
+)
 from dehyst.identification.data import DataSet, range_over
 from dehyst.identification.families import STATIC, Estimate, build_model
 from dehyst.identification.fit import Candidate, Certificate, Fit, LoopFacts, Refitting, Score, size_of
@@ -237,8 +245,8 @@ def fit_of(
     """
     loop_facts, findings = _examine(data, seen, measured, certificate, knows, settings)
     if family == STATIC and candidates:
-        more = (*more, no_hysteresis(candidates))
-    findings = (*findings, *more)
+        more = (*more, no_hysteresis(candidates, range_over([record.input for record in measured.recordings])))
+    findings = with_reasons((*findings, *more))
     verdict = verdict_of(name, measured, findings, tested_on(settings), no_inverse)
     card = _card(measured, settings, family, certificate.initial_state, verdict)
     own: ModelCard = model.card  # of a model that names its ranges, they are part of it

@@ -351,20 +351,26 @@ def _scaling(parts: list[Array]) -> tuple[float, float] | None:
     return (0.5 * (low + high), 0.5 * (high - low)) if high > low else None
 
 
-def without_holds(tested: Sequence[Evidence], answer: Callable[[Array], Array], time: Array) -> Iterator[Finding]:
-    """Yield what to say of a model with creep where hysteresis imitates it: its answer at a tenth of the speed."""
+def without_holds(
+    tested: Sequence[Evidence], answer: Callable[[Array], Array], time: Array, span: tuple[float, float]
+) -> Iterator[Finding]:
+    """Yield what to say of a model with creep where hysteresis imitates it: its answer at a tenth of the speed.
+
+    `span` is the range of the input.
+    """
     imitated = [found.own for found in tested if found.group == CREEP and found.own < TOLD]
     if not imitated:
         return
     usual = answer(time)
     slower = 100.0 * float(np.sqrt(np.mean((answer(SLOWER * time) - usual) ** 2)) / max(np.ptp(usual), 1e-300))
     if slower > OTHER_SPEED:
+        line = command("design", range=(f"{span[0]:.3g}", f"{span[1]:.3g}"))
         yield Finding(
             "creep-without-holds",
             f"at a tenth of the log's speed the model answers {slower:.2g} % of range (rms) otherwise, and this "
             f"log cannot confirm that: hysteresis imitates {100 - 100 * imitated[0]:.0f} % of the course of creep in "
             f"it. Use the model at the speeds of the log, or log with holds after reversals and at different "
-            f"speeds; `dehyst design` plans them.",
+            f"speeds; `{line}` plans them.",
         )
 
 

@@ -225,8 +225,8 @@ def evaluate(
         for held, array in zip(given, check_given(name, values, records), strict=True):
             held[name] = array
     low, high = range_over([record.input for record in records])
-    part, assumed = _counting(records, low, high)
-    log = _Log(records, tuple(given), part, follow_offset, check_start(start))
+    part, assumed = _counting(records, low, high, check_start(start))
+    log = _Log(records, tuple(given), part, follow_offset, start)
     entries = [_scored(name, model, log) for name, model in named.items()]
     entries.sort(key=lambda entry: rank(entry.error_percent))
     run, why = _advice(entries)
@@ -248,7 +248,7 @@ def _named(models: Model | Sequence[Model] | Mapping[str, Model]) -> dict[str, M
     return found
 
 
-def _counting(records: tuple[Recording, ...], low: float, high: float) -> tuple[Part, list[Finding]]:
+def _counting(records: tuple[Recording, ...], low: float, high: float, start: str) -> tuple[Part, list[Finding]]:
     """Samples that count: those after both ends were visited, where that leaves half of the log, and not left out.
 
     Otherwise all of each first piece counts, and what a piece after a gap did before is no part of any score either.
@@ -278,8 +278,9 @@ def _counting(records: tuple[Recording, ...], low: float, high: float) -> tuple[
         Finding(
             "start-counts",
             f"the log goes over the whole range of its input, {low:.4g} to {high:.4g}, late or never: all of it "
-            f"counts, and what a model errs by may be the past that nobody knows (--start tells it). Log a stroke over "
-            f"the whole range first.",
+            f"counts, and what a model errs by may be the past, which was taken to be as --start {start} says. If you "
+            f"know it, name it: {' or '.join(f'--start {other}' for other in PASTS if other != start)}. Otherwise log "
+            f"a stroke over the whole range first.",
         )
     ]
 

@@ -387,7 +387,8 @@ def _without_holds(
     if piece.time is not None and model.time_constants.size:
         y = records[piece.recording].output[piece.span][:ROWS]
         cut = {name: values[:ROWS] for name, values in _given(data, piece).items()}
-        yield from without_holds(tested, lambda at: model.run(y, at, given=cut).u, piece.time[:ROWS])
+        span = data.level - data.amplitude, data.level + data.amplitude
+        yield from without_holds(tested, lambda at: model.run(y, at, given=cut).u, piece.time[:ROWS], span)
 
 
 def _given(data: DirectData, piece: DirectPiece) -> dict[str, Array]:
