@@ -30,7 +30,7 @@ from rich.progress import MofNCompleteColumn, Progress, TimeElapsedColumn
 import dehyst
 from dehyst import Recording
 from dehyst.families import all_names
-from dehyst.robot.experiments import example_recording
+from dehyst.io import example_recording
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA = ROOT.parent / "shared" / "data"

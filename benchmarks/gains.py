@@ -22,9 +22,9 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from dehyst.app.reproduce import QUICK
 from dehyst.errors import ParameterError, SimulationError
 from dehyst.robot.arm.parameters import Robot, load_robot
+from dehyst.robot.commands.reproduce import QUICK
 from dehyst.robot.experiments.calibration import calibrate
 from dehyst.robot.experiments.equipment import Equipment, equip
 from dehyst.robot.experiments.gains import at_pole, highest_pole

@@ -18,8 +18,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from dehyst.io import write_csv
-from dehyst.robot.experiments import example_recording
+from dehyst.io import example_recording, write_csv
 
 PACKAGES = ("dehyst", "numpy", "scipy", "typer")
 EXAMPLE_SECONDS = 144.0

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 import dehyst
-from dehyst.robot.experiments import write_example
+from dehyst.io import write_example
 
 
 def main(log: Path, input: str, output: str) -> None:

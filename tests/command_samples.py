@@ -6,14 +6,13 @@ import functools
 
 import dehyst
 import dehyst.app.design
-import dehyst.app.reproduce
-import dehyst.app.sweep
+import dehyst.robot.commands.reproduce
+import dehyst.robot.commands.sweep
 import sweep_evaluators
 from dehyst.design import design_excitation
 from dehyst.export import export, subject_of
 from dehyst.files import write_atomically
-from dehyst.io import write_csv
-from dehyst.robot.experiments import example_recording
+from dehyst.io import example_recording, write_csv
 from dehyst.robot.experiments.results import TRIALS, PlantResult, Reproduction
 from dehyst.robot.experiments.sweep import run_sweep
 
@@ -72,10 +71,14 @@ DESIGNED = functools.cache(design_excitation)
 def stand_in(monkeypatch):
     """Let `design`, `sweep` and `reproduce` write and print what they would, without the hours before."""
     monkeypatch.setitem(dehyst.app.design.MOTIONS, dehyst.app.design.IDENTIFICATION, DESIGNED)
-    monkeypatch.setattr(dehyst.app.sweep, "run_sweep", functools.partial(run_sweep, evaluate=sweep_evaluators.quick))
-    monkeypatch.setattr(dehyst.app.reproduce, "reproduce", lambda *_: Reproduction({"none": PLANT}, "paper", {}))
     monkeypatch.setattr(
-        dehyst.app.reproduce,
+        dehyst.robot.commands.sweep, "run_sweep", functools.partial(run_sweep, evaluate=sweep_evaluators.quick)
+    )
+    monkeypatch.setattr(
+        dehyst.robot.commands.reproduce, "reproduce", lambda *_: Reproduction({"none": PLANT}, "paper", {})
+    )
+    monkeypatch.setattr(
+        dehyst.robot.commands.reproduce,
         "write_reproduction_report",
         lambda result, page, **_: write_atomically(page, dehyst.app.targets.PAGE),
     )

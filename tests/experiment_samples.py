@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from dehyst.app.reproduce import QUICK
 from dehyst.robot.arm import load_robot
 from dehyst.robot.arm.arm import Arm
 from dehyst.robot.arm.runs import Reference
+from dehyst.robot.commands.reproduce import QUICK
 from dehyst.robot.control import SWITCHES
 from dehyst.robot.experiments.calibration import calibrate, controller_parameters, nominal_characteristic
 from dehyst.robot.experiments.equipment import equip

@@ -9,7 +9,7 @@ import pytest
 
 import dehyst
 from dehyst import Recording
-from dehyst.robot.experiments import example_recording
+from dehyst.io import example_recording
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "docs"))

@@ -4,7 +4,7 @@ import pytest
 
 import dehyst
 from dehyst.errors import ParameterError
-from dehyst.robot.experiments import example_recording
+from dehyst.io import example_recording
 
 
 @pytest.fixture(scope="module")

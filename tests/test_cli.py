@@ -12,8 +12,7 @@ import pytest
 
 import dehyst
 from dehyst.families import example
-from dehyst.io import write_csv
-from dehyst.robot.experiments import example_recording
+from dehyst.io import example_recording, write_csv
 from in_one import in_one
 
 QUICK = ("--n", "20", "--family", "pi")

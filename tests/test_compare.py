@@ -14,9 +14,9 @@ from dehyst import Recording, compare, identify, load
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.families import Family, LoopModel, Scaling, all_names, comparison, identify_family, registry
 from dehyst.families.base import UNSCALED
+from dehyst.io import example_recording
 from dehyst.models import PrandtlIshlinskii
 from dehyst.models.card import NO_CARD, ModelCard
-from dehyst.robot.experiments import example_recording
 
 DATA = Path(__file__).parents[1].parent / "shared" / "data"
 LOGS = {

@@ -10,7 +10,7 @@ import pytest
 from dehyst import compare
 from dehyst.families import ROWS as ELEMENTS
 from dehyst.families import all_names, family, names
-from dehyst.robot.experiments import example_recording
+from dehyst.io import example_recording
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "docs"))

@@ -303,7 +303,7 @@ def keys_of(value: Any, free: tuple[str, ...] = ("runs",)) -> set[str]:
 def test_every_key_of_the_json_outputs_and_of_the_model_file_is_documented(tmp_path):
     import dataclasses
 
-    from dehyst.robot.experiments import write_example
+    from dehyst.io import write_example
 
     log = write_example(tmp_path / "example.csv")
     rec = dehyst.read_log(log, input="#2", output="#3", stop=40.0)

@@ -92,7 +92,9 @@ def onto(monkeypatch, run):
 
 
 def test_every_command_is_among_those_that_are_tried():
-    from dehyst.cli import app
+    from dehyst.cli import add_packages, app
+
+    add_packages()
 
     assert set(COMMANDS) == {each.callback.__name__ for each in app.registered_commands}
 

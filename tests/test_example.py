@@ -6,7 +6,7 @@ import pytest
 import dehyst
 from dehyst.data.loops import summarise_loops
 from dehyst.identification import identify as identify_plays
-from dehyst.robot.experiments import example_recording, write_example
+from dehyst.io import example_recording, write_example
 
 
 @pytest.fixture(scope="module")

@@ -19,13 +19,13 @@ FLOORS = (  # those of the architecture, with errors below the other modules of 
     {"families"},
     {"io", "monitoring"},
     {"export", "neighbours", "report"},
-    {"robot"},
     {"app"},
+    {"robot"},
     {"cli"},
     {"__main__", "worker"},
 )
 INNER = {  # floors inside large rooms, of what is named
-    "robot": ({"control", "muscles", "iso9283"}, {"export"}, {"arm"}, {"experiments"}, {"report"}),
+    "robot": ({"control", "muscles", "iso9283"}, {"export"}, {"arm"}, {"experiments"}, {"report"}, {"commands"}),
     "identification": (
         {"data"},
         {"regressors"},
@@ -49,7 +49,7 @@ HOMES = {
     "threadpoolctl": {"identification"},
     "matplotlib": {"report"},
     "typer": {"cli", "app"},
-    "rich": {"cli", "app"},
+    "rich": {"cli", "app", "robot"},
     "starlette": {"app"},
     "uvicorn": {"app"},
     "rosbags": {"io"},

@@ -14,10 +14,9 @@ import pytest
 from dehyst.export import subject_of
 from dehyst.export.folder import contents
 from dehyst.export.targets import TARGETS
-from dehyst.io import inspect_log
+from dehyst.io import example_csv, inspect_log
 from dehyst.models import ModelCard, PrandtlIshlinskii, SignalCard
 from dehyst.models.storage import load_model, save_model
-from dehyst.robot.experiments import example_csv
 from dehyst.shell import visible_text
 
 FORGED = "\n# Verified by `dehyst verify`."

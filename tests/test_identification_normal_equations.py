@@ -10,7 +10,7 @@ from dehyst._native import Gram
 from dehyst.errors import ParameterError
 from dehyst.identification import families
 from dehyst.identification.regressors import NormalEquations
-from dehyst.robot.experiments import example_recording
+from dehyst.io import example_recording
 from identification_oracles import loops, plays
 
 SIZES = (2.0, 1.6, 1.9, 1.2, 1.7, 2.0, 1.4, 1.8)

@@ -11,7 +11,7 @@ from dehyst.identification.memory import state_before
 from dehyst.identification.regressors import make_bank
 from dehyst.identification.short_signal import shorten
 from dehyst.identification.split import split_recordings
-from dehyst.robot.experiments import example_recording
+from dehyst.io import example_recording
 from identification_oracles import loops, plays
 from report_samples import fit_by_hand
 

@@ -144,7 +144,7 @@ def test_no_command_opens_a_file_of_the_user_to_write_into_it(faults, run, made,
     assert run(*words)[0] in (0, 4)
     there = {str(path) for path in made.rglob("*") if path.is_file()}
     ended = []
-    monkeypatch.setattr(dehyst.app.sweep, "run_sweep", dehyst.app.sweep.run_sweep)
+    monkeypatch.setattr(dehyst.robot.commands.sweep, "run_sweep", dehyst.robot.commands.sweep.run_sweep)
     faults.run("", lambda: ended.append(run(*words)[0]))
     assert ended[0] in (0, 4)
     opened = {str(Path(path).absolute()) for path in faults.opened}

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dehyst.app.muscle import kind_of
+from dehyst.robot.commands.muscle import kind_of
 from dehyst.robot.muscles import muscle, names
 from in_one import in_one
 

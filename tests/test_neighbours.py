@@ -13,10 +13,10 @@ from sklearn.model_selection import GridSearchCV, TimeSeriesSplit
 import dehyst
 from dehyst.errors import MissingExtraError, ParameterError
 from dehyst.families import example
+from dehyst.io import example_recording
 from dehyst.neighbours.benchmarks import apply_model, recording_of
 from dehyst.neighbours.control import to_control
 from dehyst.neighbours.scikit import HysteresisRegressor
-from dehyst.robot.experiments import example_recording
 
 REC = example_recording(rate=10)
 T = 0.1 * np.arange(200)

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import dehyst
-from dehyst.app.reproduce import QUICK
 from dehyst.errors import OutputError, ParameterError
 from dehyst.robot.arm import Arm, Drives, JointBench, Reference, load_robot
+from dehyst.robot.commands.reproduce import QUICK
 from dehyst.robot.control import SWITCHES, JointController, JointControllerParameters
 from dehyst.robot.experiments.equipment import equip
 from dehyst.robot.experiments.trials import trial_arm

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import dehyst
-import dehyst.app.reproduce as command
+import dehyst.robot.commands.reproduce as command
 from dehyst import cli
-from dehyst.app.reproduce import QUICK
 from dehyst.app.targets import PAGE
 from dehyst.errors import OutputError
 from dehyst.robot.arm import load_robot
+from dehyst.robot.commands.reproduce import QUICK
 from dehyst.robot.experiments.results import PlantResult, Reproduction
 from dehyst.robot.report.words import WHY
 
@@ -256,7 +256,7 @@ def test_quick_changes_nothing_of_the_plant():
 
 
 def test_the_conditions_of_the_packaged_arm_are_chosen_by_name(tmp_path):
-    from dehyst.app.requests import ReproduceRequest
+    from dehyst.robot.commands.requests import ReproduceRequest
 
     robot = command._robot(ReproduceRequest(quick=True, conditions="realistic", out=tmp_path))
     assert robot == load_robot(conditions="realistic").with_changes(QUICK)

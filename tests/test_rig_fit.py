@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dehyst.app.requests import RigRequest
-from dehyst.app.rig import run_rig
 from dehyst.errors import ColumnError, ParameterError, RecordingError, UnitError
 from dehyst.robot.arm import load_robot
+from dehyst.robot.commands.requests import RigRequest
+from dehyst.robot.commands.rig import run_rig
 from dehyst.robot.experiments.plant_fit import ALIKE, ALL, RigLog, fit_plant, respond
 from dehyst.robot.muscles import measured
 

@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dehyst.app.reproduce import QUICK
-from dehyst.app.requests import RigRequest
-from dehyst.app.rig import run_rig
 from dehyst.errors import ColumnError, OutputError, ParameterError
 from dehyst.robot.arm import load_robot
 from dehyst.robot.arm import rigid_body as rb
 from dehyst.robot.arm.drawn import drawn_mjcf
 from dehyst.robot.arm.joints import pneumatic_joint_parameters, run_pressures
 from dehyst.robot.arm.parameters import robot_of, sources
+from dehyst.robot.commands.reproduce import QUICK
+from dehyst.robot.commands.requests import RigRequest
+from dehyst.robot.commands.rig import run_rig
 from dehyst.robot.experiments.calibration import controller_parameters, nominal_characteristic
 from dehyst.robot.experiments.equipment import equip
 from dehyst.robot.experiments.gains import steady_pole

@@ -5,8 +5,7 @@ import pytest
 
 import dehyst
 from dehyst.data.clipping import clipped
-from dehyst.io import read_log, write_csv
-from dehyst.robot.experiments import example_recording
+from dehyst.io import example_recording, read_log, write_csv
 
 
 def lagging(v, share):

@@ -156,7 +156,7 @@ def test_the_gain_of_every_family_is_kept_or_the_excess_is_named(family):
 
 
 def example():
-    from dehyst.robot.experiments import example_recording
+    from dehyst.io import example_recording
 
     return example_recording()
 

@@ -7,10 +7,9 @@ import pytest
 
 import dehyst
 from dehyst.families import example, names
-from dehyst.io import write_csv
+from dehyst.io import example_recording, write_csv
 from dehyst.models import DirectInverse, ModelCard, SignalCard
 from dehyst.models.start import begun
-from dehyst.robot.experiments import example_recording
 from element_samples import element_model
 from export_samples import mapped_model, play_model, stop_model
 

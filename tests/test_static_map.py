@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dehyst.app.reproduce import QUICK
-from dehyst.app.requests import RigRequest
-from dehyst.app.rig import run_rig
 from dehyst.errors import ParameterError
 from dehyst.robot._native import muscle_force
 from dehyst.robot.arm import JointBench, load_robot
 from dehyst.robot.arm.joints import FORMS, pneumatic_joint_parameters, run_pressures
 from dehyst.robot.arm.static_map import CONTRACTIONS, static_map
+from dehyst.robot.commands.reproduce import QUICK
+from dehyst.robot.commands.requests import RigRequest
+from dehyst.robot.commands.rig import run_rig
 from dehyst.robot.experiments.calibration import calibrate
 from dehyst.robot.experiments.identification import identify_joint
 from dehyst.robot.experiments.reproduce import Request, reproduce

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import dehyst
-from dehyst.robot.experiments import example_csv
+from dehyst.io import example_csv
 from test_report_browser import BROWSER
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright drives the browser: pip install playwright")

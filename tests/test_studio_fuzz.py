@@ -25,7 +25,7 @@ from dehyst.app.studio.commands import COMMANDS, READ, SIGNALS, WRITTEN, words_o
 from dehyst.app.studio.guard import Guard
 from dehyst.cli import add, app, main
 from dehyst.errors import ParameterError
-from dehyst.robot.experiments import example_csv
+from dehyst.io import example_csv
 from test_studio import HERE, MINE, PORT, TOKEN, Scripted
 
 SECRET = "the-content-of-a-file-elsewhere"

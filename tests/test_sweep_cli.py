@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure as Canvas
 
-import dehyst.app.sweep as command
+import dehyst.robot.commands.sweep as command
 import sweep_evaluators
 from dehyst.app.ending import Status
-from dehyst.app.sweep import SweepRequest, run_sweep_command
 from dehyst.errors import OutputError
 from dehyst.report.svg import draw_panels
+from dehyst.robot.commands.sweep import SweepRequest, run_sweep_command
 from dehyst.robot.experiments.sweep import run_sweep
 from dehyst.robot.report.sweep import Curve, sweep_figure, write_sweep_figure
 
@@ -178,7 +178,7 @@ def test_bad_input_gives_a_message_and_no_traceback(tmp_path, monkeypatch, capsy
 def test_a_terminal_gets_a_bar_with_rate_and_time_left():
     pty = pytest.importorskip("pty")
     program = (
-        "from dehyst.app.sweep import _shown_progress\nimport time\n"
+        "from dehyst.robot.commands.sweep import _shown_progress\nimport time\n"
         "with _shown_progress() as tell:\n"
         "    for done in range(4, 31):\n        tell(done, done // 20, 30, 4)\n        time.sleep(0.02)\n"
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typer.testing import CliRunner
 
 from dehyst.app.ending import Status
-from dehyst.cli import app
+from dehyst.cli import add_packages, app
 
 COMMANDS = (
     "reproduce",
@@ -41,6 +41,7 @@ One for each meaning, the same in every command, so that a script can act on it:
 
 def page() -> str:
     """Return the page."""
+    add_packages()
     runner = CliRunner()
     parts = [HEAD + _statuses(), "## dehyst\n", _help(runner, [])]
     for name in COMMANDS:

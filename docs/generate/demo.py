@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.app.reproduce import QUICK
 from dehyst.robot.arm import load_robot
+from dehyst.robot.commands.reproduce import QUICK
 from dehyst.robot.experiments.reproduce import Request, reproduce
 from dehyst.robot.experiments.results import Reproduction, TrialRun
 from dehyst.robot.iso9283 import TestCube

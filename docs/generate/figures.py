@@ -18,7 +18,7 @@ import numpy.typing as npt
 from matplotlib.figure import Figure
 
 import dehyst
-from dehyst.robot.experiments import example_recording
+from dehyst.io import example_recording
 from generate import bouc_wen, demo, model_figures, reviewed, speed, which_model
 from generate.joint import respond
 

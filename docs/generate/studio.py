@@ -20,7 +20,7 @@ def main() -> None:
     """Start the studio with a log, choose a part of it, identify, export, and take the picture."""
     from playwright.sync_api import sync_playwright
 
-    from dehyst.robot.experiments import example_csv
+    from dehyst.io import example_csv
 
     browser = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as driver:

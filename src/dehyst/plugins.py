@@ -20,6 +20,9 @@ PACKAGES = MappingProxyType(
 )
 
 
+PACKAGE_COMMANDS = ("reproduce", "muscle", "rig", "sweep", "studio", "page", "watch")
+
+
 @cache
 def added(group: str) -> dict[str, EntryPoint]:
     """Return what installed packages add to a group, by name.

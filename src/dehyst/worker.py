@@ -20,6 +20,7 @@ def main() -> None:
     import dehyst.report.fit  # noqa: F401 - the slow ones
     from dehyst import cli
     from dehyst.app import terminal
+    from dehyst.app.command import Command
     from dehyst.app.studio.commands import SignalsRequest
 
     line = sys.stdin.readline()
@@ -36,7 +37,7 @@ def main() -> None:
             sys.stderr.flush()
 
     terminal.tell_progress(told)
-    cli.add("studio.signals:print_signals", SignalsRequest)
+    cli.add(Command("dehyst.app.studio.signals:print_signals", SignalsRequest))
     sys.argv = ["dehyst", *json.loads(line)]
     cli.main()
 

@@ -17,22 +17,22 @@ from dehyst.app.targets import EXCITATION, refuse_existing, refuse_unwritable
 from dehyst.app.terminal import print_end, print_json, table, tell, terminal
 from dehyst.design import ExcitationPlan, design_drift_motion, design_excitation
 from dehyst.design.design import CYCLES
-from dehyst.errors import OutputError, ParameterError, UnitError
+from dehyst.errors import MissingExtraError, OutputError, ParameterError
 from dehyst.files import write_atomically
 from dehyst.io import format_csv
+from dehyst.plugins import added
 from dehyst.shell import command, quoted
-from dehyst.units import canonical, convert, dimension
+from dehyst.units import canonical
 
-ANGLE = "deg"  # of a joint, if nothing else is said
 WHY = 34  # letters left for the last column of the table at least
-BAR = 1e5
+GROUP = "dehyst.designs"  # entry points of what can be designed besides a range
 USUAL_LIMIT = 600.0  # seconds, where no limit is typed
 IDENTIFICATION, DRIFT = "identification", "drift"
 MOTIONS = {IDENTIFICATION: design_excitation, DRIFT: design_drift_motion}
 
 
 @dataclass(frozen=True)
-class _Designed:
+class Designed:
     """A plan in the unit it is shown in, and what is known of the joint."""
 
     plan: ExcitationPlan
@@ -44,7 +44,7 @@ class _Designed:
 def run_design(request: DesignRequest) -> None:
     """Design, print the plan, write what was asked for."""
     _refuse_bad_request(request)
-    designed = _designed_joint(request) if request.joint is not None else _designed_range(request)
+    designed = _designed_range(request) if request.joint is None else _design_of_joint(request)
     if request.out is not None:
         text = _csv(designed, request.out)
         refuse_existing(request.out, request.overwrite, content=text)
@@ -88,7 +88,20 @@ def _refuse_bad_request(request: DesignRequest) -> None:
         raise OutputError(f"--out and --figure both name '{request.out}'. Name two files.", path=str(request.out))
 
 
-def _designed_range(request: DesignRequest) -> _Designed:
+def _design_of_joint(request: DesignRequest) -> Designed:
+    """Return the plan of a joint of the robot, which is a package of its own."""
+    points = added(GROUP)
+    if "joint" not in points:
+        raise MissingExtraError(
+            "--joint plans for a joint of the simulated robot, which is not installed. Type: pip install dehyst-robot; "
+            "or plan for a rig of your own: --range LO HI --unit UNIT.",
+            extra="dehyst-robot",
+        )
+    designed: Designed = points["joint"].load()(request)
+    return designed
+
+
+def _designed_range(request: DesignRequest) -> Designed:
     assert request.range is not None
     unit = request.unit or ""
     more = {} if request.hold is None else {"hold": request.hold}
@@ -106,49 +119,17 @@ def _designed_range(request: DesignRequest) -> _Designed:
         if request.hold is None or request.time_limit is not None or "needed" not in fault.facts:
             raise
         plan = within(float(fault.facts["needed"]))
-    return _Designed(plan, f"{plan.low:zg} to {plan.high:zg} {plan.unit}".strip(), {}, {})
+    return Designed(plan, f"{plan.low:zg} to {plan.high:zg} {plan.unit}".strip(), {}, {})
 
 
-def _designed_joint(request: DesignRequest) -> _Designed:
-    from dehyst.robot.arm.parameters import load_robot
-    from dehyst.robot.experiments.path import design_joint
-
-    assert request.joint is not None
-    unit = canonical(request.unit or ANGLE) or ""
-    if dimension(unit) != "angle":
-        raise UnitError(
-            f"--unit {request.unit} is no unit of an angle, and joint {request.joint} turns. Type deg or rad.",
-            unit=request.unit,
-        )
-
-    def si(value: float | None) -> float | None:
-        return None if value is None else float(convert(value, unit, "rad"))
-
-    low, high = (None, None) if request.range is None else request.range
-    limit = USUAL_LIMIT if request.time_limit is None else request.time_limit
-    found = design_joint(
-        load_robot(request.robot), request.joint, low=si(low), high=si(high), rate=si(request.rate),
-        acceleration=si(request.acceleration), time_limit=limit, period=request.period, unit=unit,
-        motion=MOTIONS[request.purpose],
-    )  # fmt: skip
-    needs = {
-        "pressure_share": found.pressure_share,
-        "flow_share": found.flow_share,
-        "inertia_torque_Nm": found.inertia_torque,
-    }
-    plan = found.plan
-    extra = {"nominal_pressure_difference_bar": found.difference / BAR}
-    return _Designed(plan, f"joint {found.number}, {plan.low:z.4g} to {plan.high:z.4g} {unit}", extra, needs)
-
-
-def _csv(designed: _Designed, path: Path) -> str:
+def _csv(designed: Designed, path: Path) -> str:
     time, value, part = designed.plan.signal()
     name = f"command [{designed.plan.unit}]" if designed.plan.unit else "command"
     columns = {"time_s": np.round(time, 9), name: value, **designed.extra, "part": part}
     return format_csv(columns, path)
 
 
-def _facts(designed: _Designed, request: DesignRequest) -> dict[str, Any]:
+def _facts(designed: Designed, request: DesignRequest) -> dict[str, Any]:
     """Everything that is printed, as numbers."""
     plan = designed.plan
     sections = [
@@ -180,7 +161,7 @@ def _facts(designed: _Designed, request: DesignRequest) -> dict[str, Any]:
     }
 
 
-def _print(designed: _Designed, request: DesignRequest) -> None:
+def _print(designed: Designed, request: DesignRequest) -> None:
     plan, out, needs = designed.plan, terminal(), designed.needs
     unit = f" {plan.unit}" if plan.unit else ""
     out.print(f"{designed.name}: {plan.duration:.0f} s, begins and ends at {plan.middle:.4g}{unit}", style="bold")
@@ -227,7 +208,7 @@ def _rows(plan: ExcitationPlan) -> Iterator[tuple[str, ...]]:
         before = each.tips[-1]
 
 
-def _next(designed: _Designed, request: DesignRequest) -> str:
+def _next(designed: Designed, request: DesignRequest) -> str:
     plan = designed.plan
     if request.out is None:
         return "the same line with --out FILE.csv writes it as samples"

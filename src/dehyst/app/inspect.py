@@ -15,7 +15,7 @@ from dehyst.app.requests import ExampleRequest, InspectRequest
 from dehyst.app.targets import refuse_existing
 from dehyst.app.terminal import ask_progress, print_end, print_findings, print_json, table, terminal
 from dehyst.files import write_atomically
-from dehyst.io import inspect_log
+from dehyst.io import example_csv, inspect_log
 from dehyst.io.inspect import ColumnSummary
 from dehyst.shell import command, visible
 
@@ -61,8 +61,6 @@ def run_inspect(request: InspectRequest) -> None:
 
 def run_example(request: ExampleRequest) -> None:
     """Write the example log and say what to type next."""
-    from dehyst.robot.experiments import example_csv  # only here: to inspect a log needs none of the robot
-
     text = example_csv(request.seed)
     refuse_existing(request.out, request.overwrite, content=text)
     write_atomically(request.out, text)

@@ -18,9 +18,8 @@ from dehyst.app.requests import (
     EvaluateRequest,
     IdentifyRequest,
     LogsRequest,
-    MuscleRequest,
     SimulateRequest,
-)  # fmt: skip
+)
 from dehyst.app.terminal import terminal
 from dehyst.arrays import Array
 from dehyst.data.recording import Recording
@@ -51,8 +50,9 @@ SHARE = 0.5
 PACKED = {".gz": 4.0, ".parquet": 2.0, ".feather": 2.0}
 
 
-def part_of(request: SimulateRequest | MuscleRequest) -> dict[str, Any]:
-    """Time column, its unit, the sheet and the window of a request, as all readers of logs take them."""
+def part_of(request: Any) -> dict[str, Any]:
+    """Time column, its unit, the sheet and the window of a request that reads one log, as all readers of logs take "
+    "them."""
     return {name: getattr(request, name) for name in ("time", "time_unit", "dt", "sheet", "start", "stop")}
 
 

@@ -101,7 +101,7 @@ def identify(
     Examples
     --------
     >>> import dehyst
-    >>> from dehyst.robot.experiments import example_recording
+    >>> from dehyst.io import example_recording
     >>> fit = dehyst.identify(example_recording())
     >>> fit.family, round(fit.test.rmse_percent, 1), round(fit.input_test.rms_percent, 1)
     ('full-sum', 0.1, 0.1)

@@ -51,7 +51,7 @@ def block(
     Examples
     --------
     >>> import dehyst
-    >>> from dehyst.robot.experiments import example_recording
+    >>> from dehyst.io import example_recording
     >>> model = dehyst.identify(example_recording()).model
     >>> compensator = dehyst.block(model, range=(-4.0, 4.0), ramp=50)
     >>> [round(compensator.step(angle), 2) for angle in (0.0, 10.0, 90.0, float("nan"))]

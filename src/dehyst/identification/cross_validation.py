@@ -89,7 +89,7 @@ class CrossValidation:
     Examples
     --------
     >>> import dehyst
-    >>> from dehyst.robot.experiments import example_recording
+    >>> from dehyst.io import example_recording
     >>> table = dehyst.cross_validate(example_recording(), families=("pi", "modified-pi"), n=(50,))
     >>> table.best().family, [round(trial.error, 2) for trial in table.trials]
     ('modified-pi', [1.12, 0.13])

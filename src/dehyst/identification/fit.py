@@ -312,7 +312,7 @@ class Refit:
     Examples
     --------
     >>> import dehyst
-    >>> from dehyst.robot.experiments import example_recording
+    >>> from dehyst.io import example_recording
     >>> refit = dehyst.identify(example_recording(), family="pi").refit(n=20)
     >>> refit.n, round(refit.test.rmse_percent, 2)
     (20, 1.76)

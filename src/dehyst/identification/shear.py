@@ -66,7 +66,7 @@ class ShearChoice:
 
     Examples
     --------
-    >>> from dehyst.robot.experiments import example_recording
+    >>> from dehyst.io import example_recording
     >>> choice = choose_shear(example_recording())
     >>> choice.on_bound, choice.error <= 1.05 * min(trial.inverse_error for trial in choice.trials)
     (False, True)

@@ -85,7 +85,7 @@ def plot(thing: object, ax: Axes = None) -> Axes:
     Examples
     --------
     >>> import dehyst
-    >>> from dehyst.robot.experiments import example_recording
+    >>> from dehyst.io import example_recording
     >>> ax = dehyst.plot(example_recording())
     >>> ax.get_xlabel(), ax.get_title(loc="left")
     ('pressure_difference [bar]', 'angle [deg]')
@@ -111,7 +111,7 @@ def as_html(thing: object) -> str:
 
     Examples
     --------
-    >>> from dehyst.robot.experiments import example_recording
+    >>> from dehyst.io import example_recording
     >>> "<svg" in as_html(example_recording())
     True
     """

@@ -16,7 +16,7 @@ import numpy as np
 from dehyst.arrays import Array
 from dehyst.data.recording import Recording
 from dehyst.files import write_atomically
-from dehyst.io import format_csv
+from dehyst.io.write import format_csv
 
 ELEMENTS = 40
 SLIP_DISTANCE = (0.2, 16.0)  # angles at which the friction elements begin to slip [deg], log spaced

@@ -11,8 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from dehyst.app.muscle_log import PERCENT, contraction_of, contraction_of_length, read_bench_log
-from dehyst.app.requests import MuscleRequest, RigRequest
 from dehyst.app.targets import RIGS, refuse_existing
 from dehyst.app.terminal import ask_progress, print_end, print_findings, print_json, table, terminal
 from dehyst.arrays import Array
@@ -25,6 +23,8 @@ from dehyst.io.logs import Columns, read_columns
 from dehyst.report.svg import require_picture_name
 from dehyst.robot.arm.joints import pneumatic_joint_parameters
 from dehyst.robot.arm.parameters import Robot, load_robot, robot_of
+from dehyst.robot.commands.muscle_log import PERCENT, contraction_of, contraction_of_length, read_bench_log
+from dehyst.robot.commands.requests import MuscleRequest, RigRequest
 from dehyst.robot.experiments.plant_fit import ALL, OFFSETS, UNITS, Number, PlantFit, RigLog, fit_plant, named
 from dehyst.shell import command
 from dehyst.units import convert, dimension

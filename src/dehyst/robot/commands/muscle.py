@@ -12,12 +12,12 @@ import numpy as np
 from rich.table import Column, Table
 from rich.text import Text
 
-from dehyst.app.muscle_log import read_bench_log
-from dehyst.app.requests import MuscleRequest
 from dehyst.app.targets import MUSCLE, MUSCLES, PAGE, refuse_clashes, refuse_other_model, save_model
 from dehyst.app.terminal import ask_progress, print_end, print_findings, print_json, table, terminal
 from dehyst.arrays import Array
 from dehyst.errors import DehystError, ParameterError
+from dehyst.robot.commands.muscle_log import read_bench_log
+from dehyst.robot.commands.requests import MuscleRequest
 from dehyst.robot.muscles import MuscleModel, muscle, muscle_class, names
 from dehyst.robot.muscles.bench import Bench, default_contractions, run_bench
 from dehyst.robot.muscles.experiments import Loop, force_velocity, isobaric_loop

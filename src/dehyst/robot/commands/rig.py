@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from dehyst.app.requests import RigRequest
-from dehyst.app.rig_fit import fit
 from dehyst.app.targets import RIGS, refuse_existing
 from dehyst.app.terminal import ask_progress, print_end, print_json, table, terminal
 from dehyst.errors import ParameterError
@@ -17,6 +15,8 @@ from dehyst.files import write_atomically
 from dehyst.report.svg import require_picture_name
 from dehyst.robot.arm.drawn import drawn_mjcf
 from dehyst.robot.arm.parameters import Robot, load_robot, sources
+from dehyst.robot.commands.requests import RigRequest
+from dehyst.robot.commands.rig_fit import fit
 from dehyst.robot.experiments.rig import PRESSURES, JointCheck, cautions, check_rig, new_rig
 from dehyst.shell import command
 

@@ -12,10 +12,10 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Column
 
 from dehyst.app.ending import Status, concluding
-from dehyst.app.requests import SweepRequest
 from dehyst.app.targets import SWEEP, refuse_existing
 from dehyst.app.terminal import progress_bar, table, tell, terminal
 from dehyst.report.svg import require_picture_name
+from dehyst.robot.commands.requests import SweepRequest
 from dehyst.robot.experiments.sweep import SweepResult, load_sweep, run_sweep
 from dehyst.robot.experiments.sweep.points import Summary, ratios_of, summarise
 from dehyst.robot.report.sweep import Curve, write_sweep_figure

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from dehyst.app.requests import MuscleRequest
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError, RecordingError, UnitError
 from dehyst.findings import Finding
 from dehyst.io.logs import Columns, read_columns
+from dehyst.robot.commands.requests import MuscleRequest
 from dehyst.robot.muscles.bench_log import BenchLog
 from dehyst.units import MASS_FACTORS, canonical, convert, dimension, mass_unit
 

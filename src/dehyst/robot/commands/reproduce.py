@@ -14,12 +14,12 @@ import numpy as np
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Column
 
-from dehyst.app.requests import ReproduceRequest
 from dehyst.app.targets import PAGE, REPRODUCTION, refuse_existing, refuse_unwritable
 from dehyst.app.terminal import progress_bar, table, tell, terminal
 from dehyst.errors import ParameterError
 from dehyst.files import write_atomically
 from dehyst.robot.arm.parameters import Robot, changes_from_packaged, load_robot
+from dehyst.robot.commands.requests import ReproduceRequest
 from dehyst.robot.control import FLAGS
 from dehyst.robot.control.reviewed import PAPER
 from dehyst.robot.experiments.output import as_json, log_folder, log_names, mean_figures
