@@ -195,7 +195,8 @@ def test_what_cannot_be_the_model_that_is_there_is_refused_before_the_work(
     assert run(*words, "--save", model)[0] == 0
     before = model.read_bytes()
     reads = {"identify": "read_logs", "compare": "read_logs", "muscle": "read_bench_log"}
-    monkeypatch.setattr(getattr(dehyst.app, name), reads[name], lambda *_: pytest.fail("it was read"))
+    commands = dehyst.robot.commands if name == "muscle" else dehyst.app
+    monkeypatch.setattr(getattr(commands, name), reads[name], lambda *_: pytest.fail("it was read"))
     status, _, err = run(*other, "--save", model)
     assert status == 2 and "holds another model" in err and "--overwrite" in err
     assert model.read_bytes() == before
