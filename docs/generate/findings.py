@@ -110,6 +110,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "one value, text or nothing. Otherwise none is used; the columns are called `column_1`, `column_2`, ...",
             "Write one name for every column into the file, or name the columns by their place.",
         ),
+        "long-table": (
+            "A column of text has another text in almost every row, a few in turn: names of signals, as historians and "
+            "panels write them, whose values then stand below one another in one column.",
+            "Write a column for each signal, as the message shows; for other texts there is nothing to do.",
+        ),
         "comma-twice": (
             "Commas part cells and mark decimals (`0,0,1,1486`): the number of names, or blanks after the commas that "
             "part cells, showed which does what. Where nothing shows it, the log is refused.",

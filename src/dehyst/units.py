@@ -33,7 +33,7 @@ DIMENSION = {unit: dimension for dimension, units in TABLE.items() for unit in u
 
 # Other spellings, in lower case. Upper-case variants of the table itself are found without them.
 ALIASES = {
-    "pascal": "Pa", "hpa": "mbar", "bars": "bar", "psig": "psi", "psia": "psi",
+    "pascal": "Pa", "hpa": "mbar", "bars": "bar", "barg": "bar", "bara": "bar", "psig": "psi", "psia": "psi",
     "°": "deg", "degree": "deg", "degrees": "deg", "degs": "deg", "radian": "rad", "radians": "rad", "rads": "rad",
     "µm": "um", "μm": "um", "micron": "um", "microns": "um", "micrometer": "um", "meter": "m", "metre": "m",
     "meters": "m", "metres": "m", "inch": "in", "inches": "in", "millimeter": "mm", "millimetre": "mm",
@@ -231,6 +231,10 @@ def parse_unit(name: str) -> tuple[str, str]:
     (('pressure_interp', 'psi'), ('angle', 'deg'), ('p', 'bar'), ('aux_a', ''))
     """
     text = name.strip()
+    if re.fullmatch(r"[VI]\([A-Za-z]\w*\)", text) and (text[2:-1] == "in" or not canonical(text[2:-1])):
+        return text, ""  # V(in), I(R1): a node or an element of a circuit
+    if text[:3].lower() == "in " and canonical(text[3:]):
+        return text, str(canonical(text[3:]))
     bracket = re.fullmatch(r"(.*?\S)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))", text)
     if bracket and not (bracket[2] or "").isdigit():  # position[0] is an index, not a unit
         inner = bracket[2] if bracket[2] is not None else bracket[3]

@@ -28,6 +28,7 @@ _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?", re.ASCII)
 _COMMA_NUMBER = re.compile(r"[+-]?(?:\d+,\d*|,\d+)(?:[eEdD][+-]?\d+)?", re.ASCII)
 _THOUSANDS_POINT = re.compile(r"[+-]?\d{1,3}(?:\.\d{3})+,\d*", re.ASCII)
 _THOUSANDS_COMMA = re.compile(r"[+-]?\d{1,3}(?:,\d{3})+\.\d*", re.ASCII)
+_THOUSANDS_BLANK = re.compile(r"[+-]?\d{1,3}(?:[\u00a0\u202f\u2009'\u2019]\d{3})+(?:[.,]\d*)?", re.ASCII)
 HOLDS_TEXT = "holds text in"  # by which who reads line by line knows a refusal that does not concern it
 _INFINITE = frozenset(["inf", "+inf", "-inf", "infinity", "+infinity", "-infinity", "1.#inf", "-1.#inf"])
 _DATE_TIME = re.compile(r"\d{4}-\d\d-\d\d([T ]\d\d:\d\d(:\d\d([.,]\d+)?)?)?( ?(Z|UTC|[+-]\d\d:?\d\d))?", re.ASCII)
@@ -36,18 +37,31 @@ _DATE_TIME = re.compile(r"\d{4}-\d\d-\d\d([T ]\d\d:\d\d(:\d\d([.,]\d+)?)?)?( ?(Z
 _TIME_OF_DAY = r"[T ] *(\d{1,2}:\d\d(?::\d\d(?:[.,]\d+)?)?) *([AP]M)?"
 _YEAR_FIRST = re.compile(rf"(\d{{4}})[/.](\d{{1,2}})[/.](\d{{1,2}}){_TIME_OF_DAY}", re.ASCII | re.IGNORECASE)
 _YEAR_LAST = re.compile(rf"(\d{{1,2}})([/.-])(\d{{1,2}})\2(\d{{4}}|\d\d){_TIME_OF_DAY}", re.ASCII | re.IGNORECASE)
+_MONTHS = "jan feb mar apr may jun jul aug sep oct nov dec".split()  # noqa: SIM905
+_GERMAN_MONTHS = {"mai": "may", "okt": "oct", "dez": "dec", "mrz": "mar", "mär": "mar"}
+_MONTH = f"({'|'.join([*_MONTHS, *_GERMAN_MONTHS])})[a-z]*"
+# 05-Mar-24 10:00:00, 5 March 2024 10:00, Mar 5, 2024 10:00
+_DAY_AND_MONTH = re.compile(rf"(\d{{1,2}})[. -]+{_MONTH}[. ,-]+(\d{{4}}|\d\d){_TIME_OF_DAY}", re.IGNORECASE)
+_MONTH_AND_DAY = re.compile(rf"{_MONTH}[. -]+(\d{{1,2}})[ ,-]+(\d{{4}}){_TIME_OF_DAY}", re.IGNORECASE)
 _SLASHED_DATE = re.compile(r"(\d{4})[/.](\d{1,2})[/.](\d{1,2})", re.ASCII)
 _POINTED_DATE = re.compile(r"\d{1,2}\.\d{1,2}\.\d{4}", re.ASCII)
 _CLOCK = re.compile(r"\d{1,2}:\d\d:\d\d([.,]\d+)?", re.ASCII)
+_MINUTES = re.compile(r"(\d{1,3}):([0-5]\d[.,]\d+)", re.ASCII)  # mm:ss.0, as a spreadsheet shows short times
+_DURATION = re.compile(r"(-?\d+) days?,? \+?(\d{1,2}):(\d\d):(\d\d(?:[.,]\d+)?)", re.ASCII)  # as pandas writes them
 # What a spreadsheet runs: signs of formulas, also the wide ones; an apostrophe before them says that they are text.
 FORMULA = re.compile("'*[=+\\-@\uff1d\uff0b\uff0d\uff20]")
-_STAMPS = (_DATE_TIME, _CLOCK, _YEAR_LAST, _YEAR_FIRST, _POINTED_DATE, _SLASHED_DATE)
+_STAMPS = (
+    _DATE_TIME, _CLOCK, _YEAR_LAST, _YEAR_FIRST, _POINTED_DATE, _SLASHED_DATE, _MINUTES, _DURATION, _DAY_AND_MONTH,
+    _MONTH_AND_DAY,
+)  # fmt: skip
 
 
 _DIGITS = r"(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?"
 _BRACKETED = re.compile(rf"\(\s*({_DIGITS})\s*\)", re.ASCII)
 # A single letter needs a blank before it: 1A and 2A are names of something.
-_WITH_UNIT = re.compile(rf"([+-]?{_DIGITS})(?:\s+([^\W\d_]\S*(?: \S+)?|°)|([^\W\d_]{{2,}}|°))")
+_WITH_UNIT = re.compile(rf"([+-]?{_DIGITS})(?:\s+([^\W\d_]\S*(?: \S+)?|[%°][CF]?)|([^\W\d_]{{2,}}|[%°][CF]?))")
+# Units of cells that no table converts.
+_CELL_UNITS = frozenset(["%", "°C", "°F", "rpm", "L/min", "l/min", "m3/h", "m³/h", "m/s", "mm/s", "kg", "W", "kW"])
 _TWO_MARKS = re.compile(r"[+-]?\d{1,3}(?:(?:\.\d{3}){2,}|(?:,\d{3}){2,})", re.ASCII)
 _GROUPS = {mark: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:{re.escape(mark)}\d{{3}})+", re.ASCII) for mark in ".,"}
 _OTHER = {".": ",", ",": "."}
@@ -68,10 +82,16 @@ def number(cell: str) -> float | None:
     text = cell.strip()
     if _NUMBER.fullmatch(text):
         return float(text.replace("d", "e").replace("D", "e"))
+    if _THOUSANDS_BLANK.fullmatch(text) and "," not in text:  # 1 234.5 with a narrow blank, 1'234.5
+        return float(_without_blanks(text))
     low = text.lower()
     if low in MISSING:
         return nan
     return nan if low in _INFINITE else None
+
+
+def _without_blanks(text: str) -> str:
+    return re.sub("[\u00a0\u202f\u2009'\u2019]", "", text)
 
 
 def comma_number(cell: str) -> float | None:
@@ -83,6 +103,8 @@ def comma_number(cell: str) -> float | None:
     (1.5, 1234.5, 2.0, None)
     """
     text = cell.strip()
+    if _THOUSANDS_BLANK.fullmatch(text):
+        text = _without_blanks(text)
     if _COMMA_NUMBER.fullmatch(text):
         return number(text.replace(",", "."))
     if _THOUSANDS_POINT.fullmatch(text):
@@ -118,7 +140,7 @@ def is_data(cell: str) -> bool:
 def is_date_time(cell: str) -> bool:
     """Whether a cell is a date, date-time or time of day: ISO, with the year first, or with the year last."""
     text = cell.strip()
-    return any(pattern.fullmatch(text) for pattern in _STAMPS)
+    return not _NUMBER.fullmatch(text) and any(pattern.fullmatch(text) for pattern in _STAMPS)
 
 
 def parse_numbers(cells: Sequence[str], decimal_comma: bool) -> tuple[Array, int]:
@@ -181,9 +203,21 @@ def _unevenness(t: Array) -> tuple[int, float]:
     return int(np.sum(step < 0)), float(np.max(np.abs(step), initial=0.0))
 
 
+def _month(word: str) -> str:
+    """Number of a month by the first three letters of its name."""
+    low = word.lower()
+    return str(_MONTHS.index(_GERMAN_MONTHS.get(low, low)) + 1)
+
+
 def _iso(text: str, order: str) -> str:
     """Spell a date with the year first or last as in ISO 8601."""
-    if match := _YEAR_FIRST.fullmatch(text):
+    if match := _DAY_AND_MONTH.fullmatch(text):
+        day, word, year, clock, half = match.groups()
+        month = _month(word)
+    elif match := _MONTH_AND_DAY.fullmatch(text):
+        word, day, year, clock, half = match.groups()
+        month = _month(word)
+    elif match := _YEAR_FIRST.fullmatch(text):
         year, month, day, clock, half = match.groups()
     elif match := _YEAR_LAST.fullmatch(text):
         one, _, two, year, clock, half = match.groups()
@@ -203,6 +237,11 @@ def _iso(text: str, order: str) -> str:
 
 
 def _seconds(cell: str, order: str) -> float:
+    if short := _MINUTES.fullmatch(cell.strip()):
+        return 60.0 * int(short[1]) + float(short[2].replace(",", "."))
+    if lasting := _DURATION.fullmatch(cell.strip()):
+        days, hours, minutes = (int(lasting[k]) for k in (1, 2, 3))
+        return 86400.0 * days + 3600.0 * hours + 60.0 * minutes + float(lasting[4].replace(",", "."))
     text = _iso(cell.strip(), order).replace(",", ".").replace("UTC", "Z").replace(" Z", "Z")
     if _CLOCK.fullmatch(text):
         text = f"1970-01-01T{text.zfill(len(text) + (text.index(':') == 1))}"
@@ -236,7 +275,8 @@ def with_unit(cell: str) -> tuple[str, str] | None:
     (('1,2', 'bar'), ('20', 'deg'), None)
     """
     match = _WITH_UNIT.fullmatch(cell)
-    unit = canonical(match[2] or match[3]) if match else None
+    text = (match[2] or match[3]) if match else ""
+    unit = text if text in _CELL_UNITS else canonical(text)
     return (match[1], unit) if match and unit else None
 
 

@@ -21,10 +21,11 @@ from dehyst.units import DIMENSION, parse_unit, words
 TIME_WORDS = frozenset(
     words(
         "t time timestamp timestamps stamp zeit temps tiempo tempo elapsed clock datetime date sec secs seconds msec "
-        "usec nsec ms us ns epoch zeitstempel uhrzeit datum dauer laufzeit messzeit zeitpunkt"
+        "usec nsec ms us ns epoch zeitstempel uhrzeit datum dauer laufzeit messzeit zeitpunkt tout"
     )
 )
 PLAIN_WORDS = frozenset(words("time timestamp timestamps zeit zeitstempel elapsed datetime"))
+FRACTION_WORDS = frozenset(words("fraction fractional subsecond subseconds"))  # what is beyond the seconds of a clock
 FIRST_OF_LABVIEW = "X_Value"  # name of the first column of a measurement file, whatever it holds
 RISING = 20  # steps up, and none down: a signal of loops falls too
 FORWARD_SHARE = 0.9  # of the steps of a clock
@@ -54,6 +55,8 @@ def is_clock(table: Table, name: str) -> bool:
     if name in table.stamps:
         return _moves(table, name)
     bare, unit = table.label(name)
+    if FRACTION_WORDS & set(words(bare)):
+        return False
     written_out = len(unit) > 2 and seconds_of(unit) is not None  # "days"; "ps" may be horsepower
     kind = "time" if written_out else DIMENSION.get(unit, "")
     called = bool(TIME_WORDS & set(words(bare))) and kind in {"", "time"}

@@ -15,7 +15,11 @@ from dehyst.io.table import Table, measured
 from dehyst.io.time_units import DAY, seconds_of, unit_in_name
 from dehyst.units import words
 
-_DATE = re.compile(r"(?:\d{1,2}([/.-])\d{1,2}\1(?:\d{4}|\d\d)|\d{4}([/.-])\d{1,2}\2\d{1,2}|(?:19|20)\d{6})", re.ASCII)
+_DATE = re.compile(
+    r"(?:\d{1,2}([/.-])\d{1,2}\1(?:\d{4}|\d\d)|\d{4}([/.-])\d{1,2}\2\d{1,2}|(?:19|20)\d{6}"
+    r"|\d{1,2}[ -][A-Za-z]{3}[ -](?:\d{4}|\d\d))",
+    re.ASCII,
+)
 _CLOCK = re.compile(
     r"(\d{1,2})[:.h](\d\d)(?:[:.m](\d\d)(?:[.,:](\d+))?)?s?\s*([AP])?\.?(?:M\.?)?", re.ASCII | re.IGNORECASE
 )

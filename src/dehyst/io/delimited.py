@@ -47,6 +47,9 @@ from dehyst.units import parse_unit
 SUSPECT = " \t#%/"  # first characters of lines that may be comments or blank
 TEXT_MOST = 0.1  # of the filled cells of a column may be text, and their rows left out
 ODD_MOST = 0.1  # of the lines of a chunk may be read one by one
+LOOKED_AT = 2000  # rows that tell whether a column names signals
+MOST_SIGNALS = 50
+OFTEN = 0.9  # of the rows: a state stays for some, and signals that were stored at once follow each other
 LONGEST_LINE = 1 << 24  # bytes
 
 
@@ -272,6 +275,7 @@ def _assemble(name: str, layout: Layout, rows: Rows, content: Content, findings:
                 f"use #3 for the third column.",
             )
         )
+    findings.extend(_long(names[j], labels, name) for j, labels in content.labels.items() if _is_long(labels))
     # A delimiter at the end of every line makes a column: last, nameless, empty.
     trailing = f"column_{layout.width}" if layout.width > 1 else ""
     kept = [j for j in sorted(numbers) if names[j] != trailing or finite(numbers[j]).any()]
@@ -290,6 +294,25 @@ def _assemble(name: str, layout: Layout, rows: Rows, content: Content, findings:
             findings=tuple(findings),
             refused={names[j]: reason for j, reason in content.refused.items() if j in kept},
         )
+    )
+
+
+def _is_long(labels: npt.NDArray[np.str_]) -> bool:
+    """Whether texts change from row to row among a few, as the names of signals that share one column."""
+    part = labels[:LOOKED_AT]
+    changes = np.count_nonzero(part[1:] != part[:-1])
+    often = part.size > PROBE // 2 and changes >= OFTEN * (part.size - 1)
+    return bool(often and np.unique(part).size <= MOST_SIGNALS)
+
+
+def _long(column: str, labels: npt.NDArray[np.str_], log: str) -> Finding:
+    names = list(dict.fromkeys(labels[:LOOKED_AT].tolist()))
+    return Finding(
+        "long-table",
+        f"column '{column}' of {log} has another text in almost every row ({list_names(names, 4)}). If these are names "
+        f"of signals, their values stand below one another, and the column of values is no signal. Then write a column "
+        f"for each: in pandas, df.pivot_table(index=TIME, columns='{column}', values=VALUE).to_csv('wide.csv'), with "
+        f"the names of the columns of time and values. If not, there is nothing to do.",
     )
 
 

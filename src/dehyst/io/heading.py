@@ -15,13 +15,17 @@ from dehyst.findings import Finding
 from dehyst.io.cells import MISSING, is_data, is_date_time, is_dressed, number, unescaped
 from dehyst.io.clocks import TIME_WORDS
 from dehyst.io.lines import BLANKS, COMMENTS, VOTERS, Parting, is_comment, is_missing, split_line
-from dehyst.units import canonical, parse_unit, words
+from dehyst.units import DIMENSION, canonical, parse_unit, words
 
 HEAD = 50  # lines above the numbers that may hold names
 AHEAD = 20  # lines of data among which no header may stand: what is above one belongs to a preamble
 CHARACTERS = 1 << 18  # of lines that are looked at, where these are long
 ROWS = 100  # lines of data that are compared with the names
 NAME_WORDS = 2  # of a name, without its unit
+LINES_ABOVE = 6  # names, units, and what else a logger says of each column
+SURPLUS = {"", "comment", "start", "increment"}  # names of a header that have no column
+SCOPE_KEYS = {"symbolcomment", "data-type", "sampletime[ms]", "variablesize", "symbolbased"}  # of TwinCAT's Scope
+UNIT_WORDS = frozenset(words("unit units einheit einheiten uom eu"))
 SHOWN_NAMES = 6  # in a message
 LONGEST_UNIT = 12  # characters
 COUNTS = "counts the rows"
@@ -30,7 +34,8 @@ COUNT_WORDS = frozenset(
 )
 _RULE = re.compile(r"[-=:+_~* ]*")
 _UNIT = re.compile(
-    r"[^\W\d_]{1,6}\d?|[%°‰Ω1-]|°[CFK]?|(?:[^\W\d_]{1,4}\d?|1|%)(?:[ ·*/^.-]{1,2}[^\W\d_]{1,5}[0-9²³]?){1,3}"
+    r"[^\W\d_]{1,6}\d?|[%°‰Ω1-]|°[CFK]?"
+    r"|(?:[^\W\d_]{1,4}(?:\^?-?\d)?|1|%)(?:[ ·*/^.-]{1,2}[^\W\d_]{1,5}(?:\^?-?[0-9²³])?){1,3}"
 )
 _STAMP_FORM = re.compile(r"[YyMmDdHhSsfF:./ \-T]{4,}")
 # Units that `canonical` does not know, as they stand alone; of a ratio, what may stand above the line.
@@ -53,6 +58,7 @@ def find_heading(lines: Sequence[str], sample: Sequence[str], parting: Parting, 
     """Find what stands above the numbers; `sample` are lines of data."""
     first = _first_line(lines, parting, _number_columns(sample, parting))
     above, unfit, unfit_units = _lines_above(lines, first, parting)
+    above = _from_units(above)
     rows = [cells for cells in map(parting.split, _data_lines(lines, first, ROWS)) if len(cells) == parting.width]
     units: tuple[str, ...] | None = None
     names_above = above[1] if len(above) > 1 else unfit
@@ -61,6 +67,7 @@ def find_heading(lines: Sequence[str], sample: Sequence[str], parting: Parting, 
         above = above[1:]
     if above:
         names = _with_groups(above)
+        units = tuple(names) if units is None and _are_units(names) else units
         shifted = not names[-1] and len(rows) > 2 and _may_be_shifted(names, rows, parting)
         return Heading(tuple(names), units, first, (), (_shifted(names, log),) if shifted else ())
     if not unfit:
@@ -73,6 +80,26 @@ def find_heading(lines: Sequence[str], sample: Sequence[str], parting: Parting, 
     if len(unfit_units) == len(unfit):
         units = (*[""] * before, *(cell.strip("[]() ") for cell in unfit_units), *[""] * after)
     return Heading(placed, units, first, tuple(unfit), (finding,))
+
+
+def _from_units(above: list[list[str]]) -> list[list[str]]:
+    """Lines from a row of units on, where what stands below it (sensors, rates, remarks) tells no columns apart."""
+    for k in range(1, len(above) - 1):
+        names = [cell for cell in above[k + 1] if cell]
+        apart = len(set(names)) == len(names) >= len(above[k + 1]) - 1 and not any(map(is_data, names))
+        if apart and _is_units_row(above[k], above[k + 1]) and all(map(_is_weak, above[:k])):
+            return above[k:]
+    return above
+
+
+def _is_weak(cells: Sequence[str]) -> bool:
+    return not all(cells) or len(set(cells)) < len(cells)
+
+
+def _are_units(names: Sequence[str]) -> bool:
+    """Whether names are units and nothing else (``s,bar,deg``)."""
+    plain = all(name in DIMENSION or (len(name) > 1 and canonical(name)) or _is_other_unit(name) for name in names)
+    return plain and all(names) and any(len(name) > 1 and canonical(name) for name in names)
 
 
 def _data_lines(lines: Sequence[str], first: int, count: int) -> list[str]:
@@ -88,17 +115,18 @@ def _data_lines(lines: Sequence[str], first: int, count: int) -> list[str]:
     return chosen
 
 
-def _number_columns(sample: Sequence[str], parting: Parting) -> list[bool]:
-    """Which columns hold numbers or date-times."""
+def _number_columns(sample: Sequence[str], parting: Parting) -> list[int]:
+    """Which columns hold numbers (1) or date-times (2), and which neither (0)."""
     rows = [row for row in map(parting.split, _data_lines(sample, 0, ROWS)) if len(row) == parting.width]
-    answer: list[bool] = []
+    answer: list[int] = []
     for j in range(min(parting.width, VOTERS)):
         filled = [row[j] for row in rows if not is_missing(row[j])]
-        answer.append(2 * sum(map(parting.is_data, filled)) > len(filled))
+        is_column = 2 * sum(map(parting.is_data, filled)) > len(filled)
+        answer.append(int(is_column) + int(is_column and any(map(is_date_time, filled))))
     return answer
 
 
-def _first_line(lines: Sequence[str], parting: Parting, numbers: Sequence[bool]) -> int:
+def _first_line(lines: Sequence[str], parting: Parting, numbers: Sequence[int]) -> int:
     """Index of the first line of data.
 
     A line of a preamble may hold numbers as well (``Rate;1000;;``): data have no text where the others have numbers,
@@ -127,20 +155,22 @@ def _first_line(lines: Sequence[str], parting: Parting, numbers: Sequence[bool])
     return _first_missing(lines, start, parting)
 
 
-def _is_solid(cells: Sequence[str], parting: Parting, numbers: Sequence[bool]) -> bool:
-    """Whether a line has numbers, and no text where the others have them."""
+def _is_solid(cells: Sequence[str], parting: Parting, numbers: Sequence[int]) -> bool:
+    """Whether a line has numbers, and no text or date where the others have them."""
     if len(cells) != parting.width:
+        return False
+    if any(kind == 1 and is_date_time(cell) for cell, kind in zip(cells, numbers, strict=False)):
         return False
     filled = [cell for cell, is_number in zip(cells, numbers, strict=False) if is_number and not is_missing(cell)]
     return bool(filled) and all(map(parting.is_data, filled))
 
 
-def _is_header(cells: Sequence[str], parting: Parting, numbers: Sequence[bool]) -> bool:
+def _is_header(cells: Sequence[str], parting: Parting, numbers: Sequence[int]) -> bool:
     """Whether a line has texts where the others have numbers, and nothing else."""
     if len(cells) != parting.width:
         return False
     filled = [cell for cell, is_number in zip(cells, numbers, strict=False) if is_number and not is_missing(cell)]
-    return 2 * len(filled) >= sum(numbers) and bool(filled) and not any(map(parting.is_data, filled))
+    return 2 * len(filled) >= sum(map(bool, numbers)) and bool(filled) and not any(map(parting.is_data, filled))
 
 
 def _is_named_by_values(line: str, below: str, delimiter: str) -> bool:
@@ -172,24 +202,34 @@ def _lines_above(lines: Sequence[str], first: int, parting: Parting) -> tuple[li
     """
     above: list[list[str]] = []
     units: list[str] = []
+    gap = False
     below = [cells for cells in map(parting.split, _data_lines(lines, first, HEAD)) if len(cells) == parting.width]
     last_empty = not any(cells[-1].strip() for cells in below)
     for line in reversed(lines[max(0, first - HEAD) : first]):
         cells = header_cells(line, parting.delimiter)
+        plain = [cell.strip() for cell in parting.split(line)]
+        if len(plain) == parting.width != len(cells) and parting.delimiter != BLANKS:
+            cells = plain  # a line whose first cell is #
+        if cells and cells[0].lower() in SCOPE_KEYS:
+            continue
         if all(_RULE.fullmatch(cell) or is_missing(cell) for cell in cells):
             continue
         fitting = _fitting(cells, line, parting, last_empty)
         if fitting and parting.width > 2 and sum(map(bool, fitting)) == 1:
             continue  # a title
+        if gap and not above and (not all(fitting) or any(map(is_data, fitting)) or not fitting):
+            break
         if fitting and not _is_entry(fitting, parting.width):
             above.append(fitting)
         elif not fitting and not units and _is_units_row(cells) and _looks_like_names(cells, line, parting):
             units = cells
         elif not fitting and all(map(_is_units_row, above)) and _looks_like_names(cells, line, parting):
             return above, cells, units
+        elif not above and not gap and len(cells) == 1 < parting.width - 1:
+            gap = True  # a mark between names and numbers, such as [Data]
         elif not is_comment(line):
             break  # what stands above it is preamble
-        if len(above) == 3:
+        if len(above) == LINES_ABOVE:
             break
     return above, [] if above else units, []
 
@@ -197,6 +237,8 @@ def _lines_above(lines: Sequence[str], first: int, parting: Parting) -> tuple[li
 def _is_entry(cells: Sequence[str], width: int) -> bool:
     """Whether a line is one of a preamble, padded with delimiters: a word, its value, and nothing (``Rate;1000;;``)."""
     filled = [cell for cell in cells if cell]
+    if len(filled) > 1 and not is_date_time(filled[0]) and all(map(is_date_time, filled[1:])):
+        return True  # when each column was logged
     return len(filled) < width and 2 * sum(map(is_data, filled)) >= len(filled)
 
 
@@ -207,7 +249,7 @@ def _looks_like_names(cells: Sequence[str], line: str, parting: Parting) -> bool
     if not is_comment(line):
         return True
     # No sentence: those have more words than a log has columns, or long parts between their commas.
-    return abs(len(cells) - parting.width) == 1 and not _is_prose(cells)
+    return len(cells) > 1 and abs(len(cells) - parting.width) == 1 and not _is_prose(cells)
 
 
 def _is_prose(cells: Sequence[str]) -> bool:
@@ -224,6 +266,9 @@ def _fitting(cells: list[str], line: str, parting: Parting, last_empty: bool) ->
         return [*cells, ""]
     if len(cells) > width and not any(cells[width:]):
         return cells[:width]
+    columns = _without_surplus(cells, width - int(last_empty))
+    if columns:
+        return [*columns, ""] if last_empty else columns
     # A header may be parted otherwise than the data: by tabs or wide blanks.
     text = _without_mark(line).strip()
     for pattern in (r"\t+", r"\s{2,}", r"\s*;\s*"):
@@ -233,6 +278,15 @@ def _fitting(cells: list[str], line: str, parting: Parting, last_empty: bool) ->
         if len(parts) == width and width > 1 and parting.delimiter == BLANKS:
             return [unescaped(part.strip().strip('"')) for part in parts]
     return []
+
+
+def _without_surplus(cells: Sequence[str], width: int) -> list[str]:
+    """Names of a header that goes on with what is no column: a remark, or start and step of the time; else none."""
+    names = list(cells)
+    while len(names) > width and (names[-1].lower() in SURPLUS or is_data(names[-1])):
+        names.pop()
+    fits = len(names) == width < len(cells) and any(names) and not any(map(is_data, names))
+    return names if fits else []
 
 
 def _without_mark(line: str) -> str:
@@ -275,6 +329,8 @@ def _with_groups(above: Sequence[Sequence[str]]) -> list[str]:
 def _is_units_row(cells: Sequence[str], names: Sequence[str] = ()) -> bool:
     """Whether a line holds units: at least half of them known; or, below names, nothing but what looks like units."""
     inner = [cell.strip("[]() ") for cell in cells]
+    if len(cells) > 1 and UNIT_WORDS & set(words(cells[0])) and any(map(canonical, inner[1:])):
+        return True
     if not any(cell.strip("-") for cell in inner):
         return False
     bracketed = [cell.strip()[:1] in {"[", "("} and unit != "" for cell, unit in zip(cells, inner, strict=True)]

@@ -13,7 +13,7 @@ from dehyst.errors import ColumnError
 from dehyst.findings import Finding
 from dehyst.io.clean import Samples, drop_unmeasured, find_gaps
 from dehyst.io.clocks import choose_clock, refuse_clock, two_columns, with_clock
-from dehyst.io.columns import find_column, provenance
+from dehyst.io.columns import find_column, provenance, run_column
 from dehyst.io.formats import PathLike, read_table
 from dehyst.io.order import order_time
 from dehyst.io.select import (
@@ -334,9 +334,10 @@ MOST_STILLS = 20  # columns of one value that are kept: a log of a thousand chan
 def _stills(table: Table, rows: Rows, used: set[str | None]) -> dict[str, float]:
     """Columns that stand still within a recording, which may be another condition in the next."""
     stills: dict[str, float] = {}
+    runs = run_column(table)  # tells runs apart, and is no condition
     within = (table.rows >= rows.min()) & (table.rows <= rows.max())
     for name, values in table.columns.items():
-        if name in used or values.size != table.rows.size or len(stills) == MOST_STILLS:
+        if name in used or name == runs or values.size != table.rows.size or len(stills) == MOST_STILLS:
             continue
         part = values[within]
         if part.size and math.isfinite(float(part[0])) and bool((part == part[0]).all()):

@@ -6,6 +6,7 @@ one signal follow each other best of all, and are no pair.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import NamedTuple
@@ -15,6 +16,7 @@ import numpy as np
 from dehyst.arrays import Array
 from dehyst.io.checks import BETWEEN_WORDS, COMMAND_WORDS, hold_length, is_constant
 from dehyst.io.columns import run_column
+from dehyst.io.heading import COUNT_WORDS
 from dehyst.io.table import Table
 from dehyst.units import dimension, words
 
@@ -134,12 +136,21 @@ def propose(
     runs = run_column(table)
     if runs is not None:
         others[runs] = Role("run", "tells recordings apart")
+    for name in values:
+        if name not in others and _counts(name, values[name]):
+            others[name] = Role("", "counts the rows")
     free = [n for n, v in values.items() if n not in others and v.size >= 4 and not is_constant(v)]
     for name in values:
         others.setdefault(name, Role("", "constant" if values[name].size else "empty"))
     points = {name: _points(table, name, values[name], turns[name]) for name in free}
     signals = {name: paired.get(name, values[name]) for name in free}
     return Proposal(_ranked(table, points, signals, bool(clocks)), points, others)
+
+
+def _counts(name: str, values: Array) -> bool:
+    """Whether a column numbers the rows: from 0 or 1, or by its name, one more in each."""
+    numbers = values.size >= FEWEST and bool(np.all(np.diff(values) == 1.0))
+    return numbers and (float(values[0]) in (0.0, 1.0) or bool(COUNT_WORDS & set(words(name))))
 
 
 def _ranked(table: Table, points: dict[str, Points], signals: dict[str, Array], clocked: bool) -> tuple[Pair, ...]:
@@ -214,7 +225,7 @@ def _points(table: Table, name: str, values: Array, turns: int) -> Points:
         out -= 4.0
         reasons.append("named like a command")
     for word, (more, less) in LOOP_WORDS.items():
-        if spoken == {word}:
+        if spoken == {word} or word.upper() in re.split(r"[\W_]+", bare):
             into, out = into + more, out + less
             reasons.append({"op": "output of a controller", "sp": "set point", "pv": "process value"}[word])
     if spoken & SIDE_WORDS:

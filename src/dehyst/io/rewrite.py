@@ -13,7 +13,7 @@ from itertools import pairwise
 
 from dehyst.errors import LogError
 from dehyst.findings import Finding
-from dehyst.io.cells import is_date_time
+from dehyst.io.cells import is_data, is_date_time
 from dehyst.io.clocks import TIME_WORDS
 from dehyst.io.heading import header_cells
 from dehyst.io.layout import Layout
@@ -27,6 +27,7 @@ MOST_READINGS = 2000  # that are tried
 _WHOLE = re.compile(r"\s*[+-]?\d+", re.ASCII)
 _DIGITS = re.compile(r"\d+\s*", re.ASCII)
 _LEADING_ZERO = re.compile(r"0\d+\s*", re.ASCII)
+_MONITOR = re.compile(r"\s*(\d{1,2}:\d\d:\d\d[.,]\d+)\s*->\s*", re.ASCII)  # how Arduino's serial monitor begins a line
 _HALF_DAY = re.compile(r"[AP]M", re.IGNORECASE)
 
 
@@ -49,6 +50,8 @@ def rewriting(lines: Sequence[str], layout: Layout, log: str) -> Rewriting | Non
     if layout.width > MOST_CELLS:
         return None
     rows = [line for line in lines[layout.first : layout.first + ROWS] if not is_comment(line)]
+    if rows and all(map(_MONITOR.match, rows)):
+        return Rewriting(_without_arrow(layout.delimiter))
     if layout.delimiter == "|" and all(_is_outlined(line) for line in rows if line.count("|") == layout.width - 1):
         return Rewriting(_without_outline)
     if layout.delimiter not in {BLANKS, ","}:
@@ -59,6 +62,20 @@ def rewriting(lines: Sequence[str], layout: Layout, log: str) -> Rewriting | Non
     if layout.delimiter == "," and not layout.decimal_comma and not layout.names:
         return _joined_decimals([row for row in cells if '"' not in "".join(row)], layout, log)
     return None
+
+
+def _without_arrow(delimiter: str) -> Callable[[str], str]:
+    """Lines whose time of arrival is a cell like the others; above names it is called time."""
+
+    def line(text: str) -> str:
+        match = _MONITOR.match(text)
+        if match is None:
+            return text
+        rest = text[match.end() :]
+        named = not any(map(is_data, split_line(rest, delimiter)))
+        return ("time" if named else match[1].replace(",", ".")) + delimiter + rest
+
+    return line
 
 
 def _is_outlined(line: str) -> bool:
