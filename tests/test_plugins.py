@@ -3,6 +3,7 @@
 import pytest
 
 from dehyst import cli, plugins
+from export_samples import play_model
 
 COMMAND = """
 from dataclasses import dataclass
@@ -46,6 +47,39 @@ def test_a_command_of_a_strangers_package_is_one_of_dehyst(fresh, run, tmp_path,
     assert "greet" in run("--help")[1]
 
 
+TARGET = """
+from dehyst.export import c
+from dehyst.export.compilers import check_folder
+from dehyst.export.targets import Target
+
+
+def files(subject):
+    return {**c.files(subject), "STRANGER.txt": subject.title}
+
+
+def verify(folder, subject):
+    return check_folder(folder)
+
+
+STRANGER = Target("stranger", "C with a note", "stranger_target")
+"""
+
+
+def test_a_target_of_a_strangers_package_is_exported(fresh, run, tmp_path, monkeypatch):
+    (tmp_path / "stranger_target.py").write_text(TARGET)
+    about = tmp_path / "stranger-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: stranger\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text("[dehyst.targets]\nstranger = stranger_target:STRANGER\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    play_model().save(tmp_path / "model.json")
+    status, _, err = run("export", tmp_path / "model.json", "--target", "stranger", "--out", tmp_path / "out")
+    assert status == 0, err
+    assert "operators" in (tmp_path / "out" / "STRANGER.txt").read_text()
+    status, _, err = run("export", tmp_path / "model.json", "--target", "nothing", "--out", tmp_path / "none")
+    assert status == 2 and "stranger (C with a note)" in " ".join(err.split())
+
+
 @pytest.mark.parametrize(
     ("words", "package"),
     [(("reproduce", "--quick"), "dehyst-robot"), (("rig", "check", "arm.toml"), "dehyst-robot")],
@@ -62,7 +96,6 @@ def test_a_command_of_a_package_that_is_missing_says_what_to_type(fresh, run, mo
 
 def test_a_kind_of_controller_whose_package_is_missing_says_what_to_type(run, tmp_path, monkeypatch):
     from dehyst.export import kinds
-    from export_samples import play_model
 
     monkeypatch.setattr(kinds, "added", lambda group: {})
     play_model().save(tmp_path / "model.json")

@@ -12,8 +12,10 @@ from typing import Literal, Protocol, cast
 
 from dehyst.errors import ParameterError
 from dehyst.export.subject import Subject
+from dehyst.plugins import added, package_of
 
 BLOCKS = ("inverse", "forward", "direct-inverse")
+GROUP = "dehyst.targets"
 
 
 Status = Literal["passed", "failed", "skipped"]
@@ -131,7 +133,25 @@ def target(name: str) -> Target:
     >>> target("c").module
     'dehyst.export.c'
     """
-    if name not in TARGETS:
-        known = "; ".join(f"{one.name} ({one.summary})" for one in TARGETS.values())
-        raise ParameterError(f"--target {name!r:.40} is unknown. There are: {known}.", target=name)
-    return TARGETS[name]
+    if name in TARGETS:
+        return TARGETS[name]
+    known = targets()
+    if name in known:
+        return known[name]
+    listed = "; ".join(f"{entry.name} ({entry.summary})" for entry in known.values())
+    package = package_of(name)
+    cure = f" {name} is part of {package}, which is not installed: pip install {package}." if package else ""
+    raise ParameterError(f"--target {name!r:.40} is unknown. There are: {listed}.{cure}", target=name)
+
+
+def targets() -> dict[str, Target]:
+    """Return all targets by name: dehyst's own, and those of packages with an entry point in ``dehyst.targets``.
+
+    Such an entry point leads to a `Target`, whose module may be any that is installed.
+
+    Examples
+    --------
+    >>> "c" in targets()
+    True
+    """
+    return {**TARGETS, **{name: cast(Target, point.load()) for name, point in added(GROUP).items()}}

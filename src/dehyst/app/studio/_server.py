@@ -207,7 +207,7 @@ async def state(studio: Studio, request: Request) -> Response:
 
 
 def _state(studio: Studio) -> dict[str, Any]:
-    from dehyst.export.targets import TARGETS
+    from dehyst.export.targets import targets
     from dehyst.families import all_names
     from dehyst.families.registry import title_of
     from dehyst.identification.memory import INITIAL_STATES
@@ -220,7 +220,7 @@ def _state(studio: Studio) -> dict[str, Any]:
         "starts": INITIAL_STATES,
         "units": [*TABLE["time"]],
         "families": [{"name": name, "title": title_of(name)} for name in all_names()],
-        "targets": [{"name": one.name, "summary": one.summary, "reals": one.reals} for one in TARGETS.values()],
+        "targets": [{"name": one.name, "summary": one.summary, "reals": one.reals} for one in targets().values()],
     }
 
 
