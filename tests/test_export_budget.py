@@ -113,3 +113,11 @@ def test_a_sum_of_10_elements_takes_6_kilobytes_of_a_cortex_m4f(counted, what):
     for level in ("-O2", "-Os"):
         size = counted["cortex-m4f"]["float"]["elements"][what]["bytes"][level]
         assert size["flash"] <= 6000 and size["ram"] <= 128
+
+
+def test_python_is_warned_as_the_command_line_is(tmp_path):
+    from dehyst.export import export, subject_of
+    from export_samples import play_model
+
+    wide = subject_of(play_model(), name="wide", range=(-50.0, 50.0))
+    assert "outside-range" in {finding.code for finding in export(wide, "c", tmp_path / "out").findings}

@@ -743,7 +743,7 @@ MODULES = (
     "io/pairs io/plain io/rewrite io/select io/table io/time_units io/text "
     "io/inspect models/arrays models/base models/card models/model models/monotone models/prandtl_ishlinskii "
     "models/machine models/unknown models/offset models/parameters models/storage files version "
-    "control/storage control/block export/names export/precision export/numbers export/units export/signal export/subject "
+    "models/block export/controller export/names export/precision export/numbers export/units export/signal export/subject "
     "export/rendering export/core_files export/budget export/requirements export/calibration export/extra export/targets "
     "export/c export/folder"
 ).split()

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import cast
-
-import numpy as np
 
 from dehyst.app.logs import dead_time_findings, verdict_findings
 from dehyst.app.requests import ExportRequest
@@ -18,18 +15,12 @@ from dehyst.export.budget import CLOCKS, budget
 from dehyst.export.folder import refuse_folder
 from dehyst.export.kinds import controller_kind
 from dehyst.export.names import check_name, identifier, why_prefixed
-from dehyst.export.numbers import DirectNumbers
 from dehyst.export.signal import ALL, Part, read_excerpt, use_findings, use_of
 from dehyst.export.subject import RAMP, REALS, WHATS, Subject, check_choice
 from dehyst.export.targets import target
 from dehyst.findings import Finding
 from dehyst.models import Model, ShearedPrandtlIshlinskii, load
 from dehyst.shell import command
-
-COARSE = 2e-6  # step between neighbouring floats, share of the range, from which on 1e-5 of the range is not reached
-EDGE = 0.02  # share of the identified range: beyond it an input counts as outside
-MANY_OPERATORS = 1000  # from here on the cost of a step is worth a word
-STALLED = 0.01  # of the range: a lag that stops so far from its end in float is worth a word
 
 
 def run_export(request: ExportRequest) -> None:
@@ -53,15 +44,14 @@ def run_export(request: ExportRequest) -> None:
     drives = request.what != "forward" or bool(told)  # a forward model drives nothing
     said = verdict_findings(model, f"'{request.model}'", "Do not let it drive a machine") if drives else []
     said += dead_time_findings(model, "give the unit the reference that much ahead") if drives else []
-    findings = [*pair, *said, *told, *outside(model, request), *cost(model, request)]
+    findings = [*pair, *said, *told]
     model = model.pruned() if request.prune else model
     with ask_progress("exporting", request.json):
         subject, more = _subject(model, request, real)
         if request.name is not None and request.target == "st":
             st.check_own_name(subject)
-        more += [*coarse(subject), *stalled(subject), *slow(model, subject), *late(subject, request)]
         written = export(subject, request.target, request.out, request.overwrite)
-    findings += more
+    findings += [*more, *written.findings]
     if request.json:
         print_json(_as_dict(written, subject, findings))
         return
@@ -254,116 +244,3 @@ def _check_line(subject: Subject) -> str:
     limited, share = use_of(subject.excerpt, subject.input)
     told = f"{limited} of them limited; they span {100 * share:.3g} % of the input range"
     return f"{signal}, {subject.excerpt.samples} samples of {subject.excerpt_source} ({told})"
-
-
-def outside(model: Model, request: ExportRequest) -> Iterator[Finding]:
-    """Say that the unit may work where nothing was identified."""
-    card = model.card.input
-    if request.range is None or card.low is None or card.high is None:
-        return
-    low, high = request.range
-    beyond = max(card.low - low, high - card.high)
-    if beyond > EDGE * (card.high - card.low):
-        yield Finding(
-            "outside-range",
-            f"--range goes from {low:.4g} to {high:.4g}, the model's {card.label} was identified from {card.low:.4g} "
-            f"to {card.high:.4g}; beyond, the model guesses. Narrow --range, or identify from a log that goes so far.",
-        )
-
-
-def slow(model: Model, subject: Subject) -> Iterator[Finding]:
-    """Say that the unit runs so seldom that what the model knows of time is lost."""
-    if subject.period is not None and (slow := model.too_slow(subject.period)):
-        yield Finding("long-period", slow)
-
-
-def late(subject: Subject, request: ExportRequest) -> Iterator[Finding]:
-    """Say on which processors a step takes longer than the period, and what would help."""
-    period = subject.period
-    if period is None:
-        return
-    times = budget(subject).seconds()
-    over = {name: both for name, both in times.items() if max(both) > period}
-    if not over:
-        return
-    said = "; ".join(
-        f"a {name} at {CLOCKS[name] / 1e6:.0f} MHz takes {usual:.2g} s a step and {most:.2g} s at most"
-        for name, (usual, most) in over.items()
-    )
-    needed = float(f"{1.05 * max(most for _, most in over.values()):.2g}")
-    cure = f"Call it more seldom (--period {needed:g})"
-    if subject.real != "float":
-        single = budget(replace(subject, real="float")).seconds()
-        if all(max(single[name]) <= period for name in over):
-            cure = "Export it with --real float, which keeps the period on all of them"
-    yield Finding(
-        "step-exceeds-period",
-        f"the unit is to run every {period:g} s, and {said}, at one instruction a cycle: a step that is late answers a "
-        f"sample that is old. {cure}; or identify a family with fewer terms, or take a faster processor.",
-    )
-
-
-def cost(model: Model, request: ExportRequest) -> Iterator[Finding]:
-    """Say which parts cost and do nothing, and when there are many."""
-    parts, words = model.parts
-    idle = parts - model.pruned().parts[0]
-    if idle and not request.prune:
-        yield Finding(
-            "zero-weights",
-            f"{idle} of {parts} {words} have weight zero: they take memory and time and change nothing. Add --prune to "
-            f"leave them out, which is exact.",
-        )
-    left = parts - idle if request.prune else parts
-    if left >= MANY_OPERATORS:
-        yield Finding(
-            "many-operators",
-            f"{left} {words}: a step that turns the whole stack around moves all of them, and tables and state grow "
-            f"with them. Look at the budget above; identify with fewer (--n 100) if it is too much for the target.",
-        )
-
-
-def coarse(subject: Subject) -> Iterator[Finding]:
-    """Say where numbers of this size are too coarse in float: a small range far from zero."""
-    if subject.real != "float" or subject.block is None or subject.direct is not None:
-        return
-    for card in (subject.input, subject.output):
-        low, high = float(card.low or 0.0), float(card.high or 0.0)
-        step = float(np.spacing(np.float32(max(abs(low), abs(high)))))
-        if step > COARSE * (high - low):
-            yield Finding(
-                "coarse-float",
-                f"{card.label} goes from {low:.6g} to {high:.6g}, where neighbouring floats lie {step:.2g} apart, "
-                f"{100 * step / (high - low):.2g} % of the range: answers within 1e-5 of the range cannot be expected. "
-                f"Export with --real double, or identify with a signal whose mean was taken off.",
-            )
-
-
-def stalled(subject: Subject) -> Iterator[Finding]:
-    """Say where lags are too slow for float: what they should move is less than the last digit."""
-    numbers = subject.direct
-    if subject.real != "float" or numbers is None or not numbers.gain:
-        return
-    share = stall(numbers) / (numbers.input_high - numbers.input_low)
-    if share > STALLED:
-        yield Finding(
-            "coarse-float",
-            f"the slowest creep lag moves by {min(numbers.gain):.2g} of its distance in a sample: in single precision "
-            f"it stops {100 * share:.2g} % of the range before it is there. Export with --real double, or with a "
-            f"longer period.",
-        )
-
-
-def stall(numbers: DirectNumbers) -> float:
-    """Return how far from its end the slowest lag stops in float. [y]
-
-    Examples
-    --------
-    >>> from dehyst.export.numbers import direct_numbers
-    >>> from dehyst.models import DirectInverse, ModelCard, SignalCard
-    >>> card = ModelCard(SignalCard("torque", "Nm"), SignalCard("angle", "rad", -1.0, 1.0))
-    >>> model = DirectInverse(time_constants=[100.0], creep_weights=[1.0], card=card)
-    >>> round(stall(direct_numbers(model.parameters(1e-3))), 4)
-    0.006
-    """
-    largest = max(abs(numbers.input_low), abs(numbers.input_high))
-    return 0.5 * float(np.spacing(np.float32(largest))) / min(numbers.gain)

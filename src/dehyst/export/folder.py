@@ -13,11 +13,13 @@ from typing import Any
 
 from dehyst.errors import OutputError, ParameterError
 from dehyst.export.budget import Budget, budget
+from dehyst.export.cautions import about_unit
 from dehyst.export.exchange import alone, is_inside, put, repair
 from dehyst.export.rendering import TEMPLATES
 from dehyst.export.signal import to_csv
 from dehyst.export.subject import Subject
 from dehyst.export.targets import target as target_of
+from dehyst.findings import Finding
 from dehyst.shell import quoted, visible_text
 from dehyst.version import __version__
 
@@ -44,12 +46,15 @@ class Written:
         Bytes of all of them.
     budget
         What the unit costs on a target.
+    findings
+        What is worth a warning before the unit drives a machine.
     """
 
     folder: Path
     files: tuple[str, ...]
     size: int
     budget: Budget
+    findings: tuple[Finding, ...] = ()
 
 
 def export(subject: Subject, target: str, folder: str | os.PathLike[str], overwrite: bool = False) -> Written:
@@ -91,7 +96,8 @@ def export(subject: Subject, target: str, folder: str | os.PathLike[str], overwr
     with alone(place):
         _refuse_folder(place, overwrite)  # again: others may have written it meanwhile
         put(place, content, {*(exported_files(place) or {}), MANIFEST, VERIFIED})
-    return Written(place, tuple(sorted(content)), sum(map(len, content.values())), budget(subject))
+    size = sum(map(len, content.values()))
+    return Written(place, tuple(sorted(content)), size, budget(subject), about_unit(subject))
 
 
 def refuse_unfit(subject: Subject, target: str) -> None:
