@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import re
 import shutil
@@ -265,3 +266,31 @@ def test_the_studio_has_the_options_too_and_does_what_a_warning_prescribes(page,
         page.locator("#studio-eps").fill("a lot")
         page.get_by_role("button", name="Identify", exact=True).click()
         assert "“a lot” is not a number" in page.get_by_role("alert").inner_text()
+
+
+def test_the_studio_reads_the_sheet_of_a_workbook_that_is_named(page, tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    pytest.importorskip("python_calamine")
+    book = openpyxl.Workbook()
+    for name, rows, gain in (("Long", 400, 1.0), ("Second", 300, 2.0)):
+        sheet = book.create_sheet(name)
+        sheet.append(["time_s", f"pressure_{name}_bar", "angle_deg"])
+        for k in range(rows):
+            swing = math.sin(k / 20.0)
+            sheet.append([0.01 * k, 1.0 + swing, gain * swing + 0.1 * math.cos(k / 20.0)])
+    book.save(tmp_path / "book.xlsx")
+    with started(tmp_path, str(tmp_path / "book.xlsx")) as (address, _):
+        page.goto(address)
+        page.get_by_text("400 rows").wait_for()
+        page.locator("#studio-sheet").fill("Third")
+        page.locator("#studio-sheet").blur()
+        assert "no sheet 'Third'" in page.get_by_role("alert").inner_text()
+        page.locator("#studio-sheet").fill("second")
+        page.locator("#studio-sheet").blur()
+        page.get_by_text("300 rows").wait_for()
+        page.locator(".signals .u-over").first.wait_for()
+        page.get_by_label("Family").select_option("pi")
+        page.get_by_role("button", name="Identify", exact=True).click()
+        page.locator("pre").wait_for()
+        line = page.locator("pre").inner_text()
+        assert "--sheet=second" in line and "pressure_Second" in line

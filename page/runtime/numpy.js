@@ -655,7 +655,7 @@ for (const [name, f] of Object.entries({ size: () => 1, ndim: () => 0, shape: ()
 /* The random numbers of the test signal of an export, drawn when the page was built: numpy's generators are not here. */
 nd.replay = () => {
   let k = 0;
-  const next = () => { const { values, powers } = nd.draws[k++], made = arrayOf(values); if (powers.length) made.tens = powers; return made; };
+  const next = () => { const { values, powers } = nd.draws[k++], made = arrayOf(values); if (powers) made.tens = values; return made; };
   return { standard_normal: next, uniform: next, choice: next, integers: next };
 };
 

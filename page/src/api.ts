@@ -8,6 +8,7 @@ export interface Log {
   name: string;
   bytes: number;
   refused: boolean;
+  sheet?: string | undefined; // of a workbook, if one is named
 }
 
 export interface State {

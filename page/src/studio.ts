@@ -82,6 +82,7 @@ interface Verified {
 }
 
 const TIED = " *";
+const WORKBOOK = /\.(xls[xmb]?|ods)$/i; // the files that hold sheets
 
 /** Fill the tab. */
 export function mount(root: HTMLElement, _core: Core): void {
@@ -141,13 +142,16 @@ class Studio {
     this.log = this.state.logs.find((log) => log.id === id)!;
     this.list();
     const job = new Job();
-    this.about.replaceChildren(job.element);
     const log = this.log;
+    const sheet = h("input", { type: "text", id: "studio-sheet", placeholder: "the one with the most numbers", value: log.sheet ?? "", autocomplete: "off",
+      onchange: () => { log.sheet = sheet.value.trim() || undefined; this.choose(id); } });
+    const book = WORKBOOK.test(log.name) && h("div", { class: "row" }, h("label", {}, h("span", {}, "Sheet, by name or number ", h("code", {}, "--sheet")), sheet));
+    this.about.replaceChildren(...(book ? [book] : []), job.element);
     const known = (refused: boolean): void => {
       log.refused = refused;
       this.list();
     };
-    void job.run<Summary>("inspect", { log: log.id }, ({ result }) => {
+    void job.run<Summary>("inspect", { log: log.id, sheet: log.sheet }, ({ result }) => {
       known(false);
       job.element.remove();
       new Work(this.about, this.state, log, { ...result, name: this.called(log) });
@@ -223,6 +227,7 @@ class Work {
     const several = chosen.length > 1; // then each needs both of its ends
     return {
       logs: [this.log.id],
+      sheet: this.log.sheet,
       input: this.columns.input.value,
       output: this.columns.output.value,
       runs: this.runs.length > 1 ? this.runs.filter((box) => box.checked).map((box) => box.value) : [],
@@ -250,7 +255,7 @@ class Work {
     const run = this.runs.length > 1 ? (this.runs.find((box) => box.checked)?.value ?? null) : null;
     const job = new Job((message) => this.options.cures(message, () => undefined)); // what is changed is drawn
     this.charts.replaceChildren(job.element);
-    void job.run<Signals>("signals", { log: this.log.id, input, output, run, ...this.given()?.reading }, ({ result }) => {
+    void job.run<Signals>("signals", { log: this.log.id, sheet: this.log.sheet, input, output, run, ...this.given()?.reading }, ({ result }) => {
       const panels = h("div", { class: "signals" });
       this.charts.replaceChildren(panels);
       this.drawn = result;

@@ -15,15 +15,14 @@ class Recorder:
     """A generator of random numbers that remembers what it gave."""
 
     def __init__(self) -> None:
-        self.inner, self.draws = np.random.Generator(np.random.PCG64(SEED)), list[dict[str, list[float]]]()
+        self.inner, self.draws = np.random.Generator(np.random.PCG64(SEED)), list[dict[str, object]]()
 
     def __getattr__(self, name: str):
         def draw(*args: object, **named: object) -> np.ndarray:
             values = getattr(self.inner, name)(*args, **named)
-            with np.errstate(over="ignore"):  # powers of ten differ in their last bits between machines
-                self.draws.append(
-                    {"values": values.tolist(), "powers": (10.0**values).tolist() if name == "uniform" else []}
-                )
+            # The signal takes even draws as powers of ten alone, which differ in their last bits between machines.
+            powers = name == "uniform"
+            self.draws.append({"values": (10.0**values if powers else values).tolist(), "powers": powers})
             return values
 
         return draw

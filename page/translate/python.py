@@ -108,8 +108,8 @@ class Scope(ast.NodeVisitor):
 class Writer:
     """One module."""
 
-    def __init__(self, module: str, tree: ast.Module) -> None:
-        self.module, self.tree = module, tree
+    def __init__(self, module: str, tree: ast.Module, outside: set[str]) -> None:
+        self.module, self.tree, self.outside = module, tree, outside
         self.classes: list[str] = []
         self.counter = 0
         self.bound: list[set[str]] = []  # names of the scopes around, outermost first
@@ -126,7 +126,8 @@ class Writer:
         self.bound.append(set(scope.names))
         lines = [f"let {', '.join(names)};"] if names else []
         lines += [self.statement(s) for s in body]
-        lines.append(f"Object.assign($m, {{{', '.join(f'{json.dumps(n)}: {name_of(n)}' for n in scope.names)}}});")
+        shown = [f"{json.dumps(n)}: {name_of(n)}" for n in scope.names if n in self.outside]
+        lines.append(f"Object.assign($m, {{{', '.join(shown)}}});")
         place = json.dumps(self.module.replace(".", "/") + ".py")
         return (
             f"$.module({json.dumps(self.module)}, ($m) => {{\nconst __file__ = {place};\n"
@@ -675,59 +676,101 @@ def home_of(module: str, name: str) -> str:
 WORD = re.compile(r"[A-Za-z_]\w*")
 
 
-def _functions(tree: ast.Module) -> list[ast.FunctionDef]:
-    """Functions of a module and methods of its classes."""
-    bodies = [tree.body, *(node.body for node in tree.body if isinstance(node, ast.ClassDef))]
-    return [node for body in bodies for node in body if isinstance(node, ast.FunctionDef)]
+def _words(*pieces: ast.AST) -> set[str]:
+    """Names that code mentions, in text too: some are asked for by getattr. Imports, types and docstrings use nothing."""
+    words: set[str] = set()
+    open_ = list(pieces)
+    while open_:
+        node = open_.pop()
+        if isinstance(node, ast.Name):
+            words.add(node.id)
+        elif isinstance(node, ast.Attribute):
+            words.add(node.attr)
+        elif isinstance(node, ast.keyword) and node.arg:
+            words.add(node.arg)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and len(node.value) < 40:
+            words.update(WORD.findall(node.value))
+        elif isinstance(node, ast.alias) and node.asname:
+            words.add(node.name)
+        elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            continue
+        for field, value in ast.iter_fields(node):
+            if field not in ("annotation", "returns"):
+                open_ += [part for part in (value if isinstance(value, list) else [value]) if isinstance(part, ast.AST)]
+    return words
 
 
-def _words(node: ast.AST) -> set[str]:
-    """Names that a piece of code mentions, in text too: some are asked for by getattr. What is imported is not used yet."""
-    found: set[str] = set()
-    for each in ast.walk(node):
-        if isinstance(each, ast.Name):
-            found.add(each.id)
-        elif isinstance(each, ast.Attribute):
-            found.add(each.attr)
-        elif isinstance(each, ast.keyword) and each.arg:
-            found.add(each.arg)
-        elif isinstance(each, ast.Constant) and isinstance(each.value, str) and len(each.value) < 40:
-            found.update(WORD.findall(each.value))
-    return found
+def _defined(node: ast.stmt) -> str:
+    """Name of a function, a class or a constant; "" for a statement that is carried as it is."""
+    if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+        return node.name
+    targets = node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
+    return targets[0].id if len(targets) == 1 and isinstance(targets[0], ast.Name) else ""
+
+
+def _class_words(node: ast.ClassDef) -> set[str]:
+    """Names that a class mentions outside its methods."""
+    fields = [statement for statement in node.body if not isinstance(statement, ast.FunctionDef)]
+    return _words(*node.bases, *node.decorator_list, *fields)
 
 
 def pruned(trees: dict[str, ast.Module], asked: str) -> None:
-    """Take away the functions whose names are mentioned nowhere that is reached from `asked` and from the modules."""
-    bodies: dict[str, list[ast.FunctionDef]] = {}
+    """Take away what is mentioned nowhere that is reached from `asked`: functions, methods, classes, constants, imports."""
+    mentioned: dict[str, list[set[str]]] = {}
     open_ = set(WORD.findall(asked))
     for tree in trees.values():
-        functions = _functions(tree)
-        for node in functions:
-            bodies.setdefault(node.name, []).append(node)
-            open_ |= {name for part in (*node.decorator_list, node.args) for name in _words(part)}
-        kept = {id(node): node.body for node in functions}
-        for node in functions:
-            node.body = []
-        open_ |= {name for statement in tree.body for name in _words(statement)}
-        for node in functions:
-            node.body = kept[id(node)]
-    open_ |= {name for name in bodies if name.startswith("__")}
+        for node in tree.body:
+            if isinstance(node, ast.ClassDef):
+                mentioned.setdefault(node.name, []).append(_class_words(node))
+                for method in node.body:
+                    if isinstance(method, ast.FunctionDef):
+                        mentioned.setdefault(method.name, []).append(_words(method))
+            elif name := _defined(node):
+                mentioned.setdefault(name, []).append(_words(node))
+            elif not _is_typing(node):
+                open_ |= _words(node)
+    open_ |= {name for name in mentioned if name.startswith("__")}
     reached: set[str] = set()
     while open_:
         name = open_.pop()
         reached.add(name)
-        for node in bodies.get(name, ()):
-            open_ |= _words(ast.Module(node.body, [])) - reached
+        for words in mentioned.get(name, ()):
+            open_ |= words - reached
     for tree in trees.values():
-        for holder in (tree, *(node for node in tree.body if isinstance(node, ast.ClassDef))):
-            holder.body = [n for n in holder.body if not isinstance(n, ast.FunctionDef) or n.name in reached]
+        tree.body = [n for n in tree.body if not _defined(n) or _defined(n) in reached]
+        for node in tree.body:
+            if isinstance(node, ast.ClassDef):
+                node.body = [n for n in node.body if not isinstance(n, ast.FunctionDef) or n.name in reached]
+    outside = _asked_of_modules(trees) | set(WORD.findall(asked))
+    for tree in trees.values():
+        inside = _words(*tree.body)
+        for node in tree.body:
+            if isinstance(node, (ast.Import, ast.ImportFrom)):
+                names = {a: (a.asname or a.name).split(".")[0] for a in node.names}
+                node.names = [a for a in node.names if names[a] in inside | outside]
+        tree.body = [n for n in tree.body if not isinstance(n, (ast.Import, ast.ImportFrom)) or n.names]
+
+
+def _asked_of_modules(trees: dict[str, ast.Module]) -> set[str]:
+    """Names that a module may be asked for by another: imported from it, or members of something."""
+    names: set[str] = set()
+    for tree in trees.values():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Attribute):
+                names.add(node.attr)
+            elif isinstance(node, ast.Constant) and isinstance(node.value, str) and len(node.value) < 40:
+                names.update(WORD.findall(node.value))
+            elif isinstance(node, ast.ImportFrom):
+                names.update(alias.name for alias in node.names)
+    return names
 
 
 def script(modules: list[str], asked: str) -> str:
     """JavaScript of modules such as "data/loops"; `asked` mentions what the page calls."""
     trees = {name: ast.parse((SOURCE / f"{name}.py").read_text(encoding="utf-8")) for name in modules}
     pruned(trees, asked)
-    written = [Writer("dehyst." + name.replace("/", "."), tree).write() for name, tree in trees.items()]
+    outside = _asked_of_modules(trees) | set(WORD.findall(asked))
+    written = [Writer("dehyst." + name.replace("/", "."), tree, outside).write() for name, tree in trees.items()]
     return "".join(['import { $ } from "../runtime/python.js";\n', *written])
 
 

@@ -344,7 +344,7 @@ def with_clock(table: Table, unit: str | float | None, time: str | None, dt: flo
         clocks.update((column, name) for column, values in table.columns.items() if values.size == size)
         places = table.rows if size == table.rows.size else np.arange(size)
         columns[name] = row_number(places) * dt
-    made = columns.keys() - table.columns.keys()
+    made = [name for name in columns if name not in table.columns]
     named = [name for name in clock_names(table) if is_clock(table, name)]
     findings = [
         Finding(
@@ -359,7 +359,7 @@ def with_clock(table: Table, unit: str | float | None, time: str | None, dt: flo
         columns=columns,
         clocks=clocks,
         units={**table.units, **dict.fromkeys(made, "s")},
-        order=(*table.order, *(name for name in columns if name in made)),
+        order=(*table.order, *made),
         findings=(*table.findings, *findings),
     )
 
