@@ -33,6 +33,7 @@ class Cure(NamedTuple):
     named: str  # Regular expression of what its text names
     typed: str = "{line} {named}"  # What is typed then: the line, and what was named
     after: str = "gone"  # The finding; or it is "changed", its numbers others; or the line only "runs"
+    again: str = ""  # What is typed before the line is typed again, such as an identification from the new log
     taus: tuple[float, ...] = ()  # Creep of the rig that answers a motion which design planned
 
 
@@ -324,6 +325,15 @@ def slow_unit(folder):
     dehyst.identify(record, "creep-pi").model.save(folder / "m.json")
 
 
+def fast_reference(folder):
+    """A model with creep of a slow log, and a reference, which is a log of use too, eight times as fast."""
+    creeps(0.5, 2.0)(folder)
+    read = dehyst.read_log(folder / "log.csv", "volt", "angle")
+    dehyst.identify(read, "creep-pi").model.save(folder / "m.json")
+    time, x = wave(800)
+    write_csv(folder / "ref.csv", {"time_s": time / 8.0, "volt": x, "angle": x})
+
+
 def weights_that_follow_the_output(folder):
     """What a direct inverse learns with weights that change more than its curve rises."""
     t, y = motion(TIPS * 2)
@@ -509,6 +519,17 @@ CURES: dict[str, list[Cure]] = {
             "{named} --period 0.04 --out motion.csv",
             taus=(8.0, 60.0),
         )
+    ],
+    "faster-than-log": [
+        Cure(
+            fast_reference,
+            line,
+            r"dehyst design [^`]*",
+            "{named} --out motion.csv",
+            taus=(0.5, 2.0),
+            again=f"{IDENTIFY} --family creep-pi --save m.json --overwrite",
+        )
+        for line in ("compensate m.json ref.csv", "simulate m.json ref.csv", "evaluate m.json ref.csv")
     ],
     "start-counts": [Cure(log_from_inside, "evaluate m.json log.csv", "--start rising", after="changed")],
     "input-jumps": [

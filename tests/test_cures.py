@@ -63,6 +63,8 @@ def test_what_a_finding_names_is_typed_and_ends_or_changes_it(code, row, tmp_pat
         return
     if line.startswith("design"):
         moved(tmp_path, row.taus)
+    if row.again:
+        assert typed(row.again)[0].exit_code == 0
     if line.split()[0] != row.line.split()[0]:  # what it made is used as before
         outcome, after = typed(row.line)
     if row.after == "gone":

@@ -607,6 +607,13 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "{BEYOND:%} of it. The model extrapolates there; the actuator may not be able to follow.",
             "Scale the motion, or identify on a log that covers it.",
         ),
+        "faster-than-log": (
+            "The model depends on rate or time, and the signal moves more than {FASTER} times as fast as the log that "
+            "it was fitted to, both in ranges a second. Compared are the fast strokes: what takes {SLOWER:%} of the "
+            "way is slower. Models that were identified before this was kept bring no warning. In Python: "
+            "`dehyst.models.speed.faster_than_log`.",
+            "Log at that speed: the message has the `dehyst design --rate` line. Or go more slowly.",
+        ),
         "memory-carried": (
             "The signal has gaps (see `gap`). Nothing is left out: the memory is carried on as if the signal had moved "
             "directly from the last sample before the gap to the first one after.",

@@ -776,7 +776,7 @@ def script(modules: list[str], asked: str) -> str:
 
 # What `dehyst identify LOG --family pi` and `dehyst inspect LOG` run through.
 MODULES = (
-    "arrays findings errors shell units data/clipping data/loops data/outliers data/ranges data/recording identification/cautions "
+    "arrays findings errors shell units data/clipping data/loops data/outliers data/ranges data/recording data/speeds identification/cautions "
     "identification/certify identification/data identification/evidence identification/facts identification/families "
     "identification/fit identification/least_squares identification/memory identification/mending "
     "identification/plays identification/procedure identification/refine identification/regressors "

@@ -21,6 +21,7 @@ from dehyst.findings import Finding
 from dehyst.io import Signal, format_csv, read_signal
 from dehyst.models import Band, Model, ModelCard, SignalCard, load
 from dehyst.models.card import in_units_of
+from dehyst.models.speed import faster_than_log
 from dehyst.models.start import ABOUT, DEFAULT, MODEL, UNKNOWN, begun, check_start
 
 # A step of the computed input between two samples, as a share of the identified range, that is worth a warning.
@@ -37,6 +38,7 @@ def run_simulate(request: SimulateRequest) -> None:
     model, signal = _read(request, "input")
     x, findings = in_units_of(model.card.input, signal.values, signal.unit, f"'{signal.name}'")
     findings += outside(x, model.card.input, "input", "the model extrapolates there")
+    findings += faster_than_log(model, model.card.input, "the input", [(signal.time, x)])
     with ask_progress("simulating"):
         played = _played(request, model, signal, x, "model")
     lost = model.lost(played.answer)
@@ -58,6 +60,7 @@ def run_compensate(request: CompensateRequest) -> None:
     said = verdict_findings(model, f"'{request.model}'", "Do not apply this input to a machine")
     y, findings = in_units_of(model.card.output, signal.values, signal.unit, f"'{signal.name}'")
     findings += outside(y, model.card.output, "reference", "the inverse extrapolates there")
+    findings += faster_than_log(model, model.card.output, "the reference", [(signal.time, y)])
     inverse = model.inverse()
     with ask_progress("inverting"):
         played = _played(request, inverse, signal, y, COMPENSATED)

@@ -20,7 +20,7 @@ from dehyst.families.registry import family, title_of
 from dehyst.families.training import Training, steps_of, training_of
 from dehyst.findings import ENDINGS, Grade
 from dehyst.identification.cautions import POOR_PERCENT
-from dehyst.identification.certify import GOOD_PERCENT
+from dehyst.identification.certify import GOOD_PERCENT, fitted_speed
 from dehyst.identification.data import DataSet, Piece, range_over
 from dehyst.identification.fit import Fit, Score
 from dehyst.identification.procedure import Prepared, prepared
@@ -352,6 +352,7 @@ def _card(fit: FamilyFit) -> ModelCard:
             "train": fit.train.as_dict(),
             "test": None if fit.test is None else fit.test.as_dict(),
             "verdict": _verdict(fit),
+            **fitted_speed(records, [np.ones(len(record), dtype=bool) for record in records]),
         },
     )
 

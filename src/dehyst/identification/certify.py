@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import datetime as _datetime
+from collections.abc import Sequence
 from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
-from dehyst.arrays import rank
+from dehyst.arrays import Mask, rank
+from dehyst.data.recording import Recording
+from dehyst.data.speeds import top_speed
 from dehyst.findings import Finding
 from dehyst.identification import facts
 from dehyst.identification.cautions import (
@@ -270,6 +273,18 @@ def _is_papers(settings: dict[str, Any]) -> bool:
     return bool(settings["family"] == "pi" and settings["eps"] == PAPER_EPS)
 
 
+def fitted_speed(records: Sequence[Recording], masks: Sequence[Mask]) -> dict[str, float]:
+    """The speed of the input of the fitted samples, in ranges a second, as a fact of a card; empty without time."""
+    low, high = range_over([record.input for record in records])
+    parts = [
+        (record.time[mask], record.input[mask])
+        for record, mask in zip(records, masks, strict=True)
+        if record.time is not None
+    ]
+    speed = top_speed(parts, high - low)
+    return {"fitted_speed": float(f"{speed:.4g}")} if speed > 0.0 else {}
+
+
 def _card(measured: Measured, settings: dict[str, Any], family: str, start: str, verdict: str) -> ModelCard:
     records = measured.recordings
     low_in, high_in = range_over([record.input for record in records])
@@ -284,6 +299,7 @@ def _card(measured: Measured, settings: dict[str, Any], family: str, start: str,
         "train": measured.train.as_dict(),
         "test": None if measured.test is None else measured.test.as_dict(),
         "verdict": verdict,
+        **fitted_speed(records, measured.train_masks),
     }
     return ModelCard(
         SignalCard(records[0].input_name, records[0].input_unit, low_in, high_in),

@@ -26,6 +26,7 @@ from dehyst.identification.scores import Part, score
 from dehyst.models import Model
 from dehyst.models.model import require_model
 from dehyst.models.offset import following, offset_numbers, width
+from dehyst.models.speed import faster_than_log
 from dehyst.models.start import DEFAULT, PASTS, UNKNOWN, begun, check_start
 from dehyst.monitoring.logs import fitted_share, in_units_of, unexplained
 
@@ -421,6 +422,8 @@ def _scored(name: str, model: Model, log: _Log) -> Scored:
         option = missing[0].replace("_", "-")
         return Scored(name, model, reason=f"the model depends on '{missing[0]}', which was not given: --{option}.")
     findings += _fitted(name, model, log.records) + _outside(model, records)
+    moves = [(record.time, record.input) for record in records]
+    findings += faster_than_log(model, model.card.input, "the input of the log", moves)
     entry = _backward(_forward(Scored(name, model, findings=tuple(findings)), log, records), log, records)
     if entry.output is None:
         return entry
