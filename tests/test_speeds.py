@@ -1,4 +1,4 @@
-"""How fast a signal moves is found whatever its shape, noise, rests and sampling; a reference faster than a log is said."""
+"""How fast a signal moves is found, whatever its shape, noise, rests and sampling; one faster than a log is said."""
 
 import json
 
