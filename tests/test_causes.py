@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import dehyst
+from dehyst.identification import facts
 from dehyst.identification.conditions import conditions, steeper, wider
-from peculiar_logs import KINDS, STEP, false_causes, friction, logs, named, plays, strokes
+from peculiar_logs import KINDS, STEP, false_causes, friction, logs, named, plays, sine, strokes
 
 # Kinds whose logs are small, or that named a wrong cause, one seed each: the others are run where time does not count.
 QUICK = ("growing flag, untimed", "one loop")
@@ -41,6 +42,50 @@ def test_no_finding_of_any_kind_of_log_names_a_cause_that_is_not_there(kind, see
 @pytest.mark.parametrize("seed", range(2))
 def test_what_is_there_is_said(kind, code, seed):
     assert code in {words for _, words in named(dehyst.identify(logs(kind, seed)))}
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_zero_and_a_gain_that_drift_do_so_in_the_middle_of_the_range_and_an_error_at_an_end_is_none(seed):
+    """Truth: what is left of the output wanders everywhere, in proportion to the input, or at one end only."""
+    rng = np.random.default_rng(seed)
+    x = strokes(rng)
+    wander = np.linspace(0.0, 0.3, x.size)
+
+    def certain(residual):
+        change, error = facts.drift(x, residual + 0.01 * rng.standard_normal(x.size))
+        return abs(change) > 3.0 * error and abs(change) > 0.05
+
+    assert certain(wander) and certain(wander * (1.5 + x))
+    assert not certain(np.where(x > 0.6, 3.0 * wander, 0.0)) and not certain(np.where(x < -0.6, 3.0 * wander, 0.0))
+
+
+@pytest.mark.parametrize("alone", [True, False])
+def test_that_a_curve_is_as_good_is_not_said_against_hysteresis_where_recordings_differ(alone):
+    rng = np.random.default_rng(3)
+    x = strokes(rng, 900)
+    outputs = [x**3] if alone else [x**3 + 3.0 * k + friction(x, -0.05) for k in range(3)]
+    fit = dehyst.identify([record(x, y, str(k)) for k, y in enumerate(outputs)], "pi", n=10)
+    (words,) = (finding.message for finding in fit.warnings if finding.code == "static-as-good")
+    assert ("there is no hysteresis" in words) is alone
+    assert ("says nothing about hysteresis" in words and "recordings-differ" in words) is not alone
+
+
+def test_of_an_output_that_does_not_follow_its_input_no_cause_is_named():
+    rng = np.random.default_rng(1)
+    x, other = sine(1500, 250), np.cumsum(rng.standard_normal(1500))
+    fit = dehyst.identify(record(x, other, "log"), "pi", n=10)
+    assert "output-unrelated" in {finding.code for finding in fit.warnings}
+    assert not [words for _, words in named(fit) if words != "output-unrelated"]
+    (suggestion,) = fit.residual.suggestions
+    assert "does not follow this input" in suggestion
+
+
+def test_a_part_without_turns_is_not_said_to_be_worse_held_out():
+    t = np.linspace(0.0, 1.0, 600)
+    x = np.where(t < 0.6, t / 0.6, 1.0 - (t - 0.6) / 0.4)
+    fit = dehyst.identify(record(x, plays(x) + 0.3 * (t > 0.6), "log"), "pi", n=10)
+    names = {finding.code for finding in fit.warnings}
+    assert "never-turns" in names and "held-out-worse" not in names
 
 
 def test_a_perfect_log_of_an_unknown_past_is_not_cut_for_a_changed_actuator():

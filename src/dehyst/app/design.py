@@ -212,15 +212,16 @@ def _next(designed: Designed, request: DesignRequest) -> str:
     plan = designed.plan
     if request.out is None:
         return "the same line with --out FILE.csv writes it as samples"
+    middle = f"{plan.middle:.4g}{f' {request.unit}' if request.unit else ''}"
     if request.purpose == DRIFT:
         return (
-            f"bring the rig to {plan.middle:.4g}, run {quoted(request.out)}, log what it got and what "
+            f"bring the rig to {middle}, run {quoted(request.out)}, log what it got and what "
             f"it did: now, as the reference, and again whenever you ask whether the actuator has changed:\n"
             f"{command('drift', 'MODEL.json', 'LATER.csv', reference='NOW.csv')}"
         )
     line = command("identify", "LOG", input="COLUMN", output="COLUMN", **judged_on_test(plan))
     return (
-        f"bring the rig to {plan.middle:.4g}, run {quoted(request.out)}, log what it got and what it "
+        f"bring the rig to {middle}, run {quoted(request.out)}, log what it got and what it "
         f"did; then, judged on the part test:\n"
         f"{line}\n"
         "(--from and --to for a log whose clock is 0 where the motion begins; if it begins at s seconds, add s to both)"

@@ -115,11 +115,13 @@ def _repeated(record: Recording) -> slice:
     side = _Side(record)
     rows = side.rows[side.order]
     lags = np.diff(side.order)[rows[1:] == rows[:-1]]
-    if lags.size < MOVES or not side.is_rough:
+    if lags.size < MOVES:
         return slice(0, 0)
     values, counts = np.unique(lags, return_counts=True)
     block = _longest(_same(side, side, -int(values[np.argmax(counts)])))
-    return block if np.count_nonzero(_moves(side.rows[block])) >= MOVES else slice(0, 0)
+    # Noise elsewhere in the log does not tell whether this stretch was measured twice or simulated.
+    measured = np.count_nonzero(_moves(side.rows[block])) >= MOVES and _is_rough([s[block] for s in side.signals])
+    return block if measured else slice(0, 0)
 
 
 class Digits(NamedTuple):
@@ -195,14 +197,7 @@ class _Side:
     @cached_property
     def is_rough(self) -> bool:
         """Whether a signal holds noise, which no second measurement repeats."""
-        for values in self.signals:
-            steps = np.diff(values)
-            least = float(np.min(np.abs(steps), where=steps != 0.0, initial=np.inf))
-            bend = np.diff(steps)
-            bend[np.abs(bend) < max(SMOOTH * float(np.ptp(values)), 1.01 * least)] = 0.0
-            if np.mean(np.sign(bend[1:]) * np.sign(bend[:-1]) < 0.0) > ROUGH:
-                return True
-        return False
+        return _is_rough(self.signals)
 
     def like(self, other: _Side) -> Pairs:
         """Rows with no more digits than either of two recordings has, rounded in the same way for both."""
@@ -212,6 +207,17 @@ class _Side:
                 values = how.rounded(values)
             signals.append(values)
         return _rows(signals)
+
+
+def _is_rough(signals: Sequence[Array]) -> bool:
+    for values in signals:
+        steps = np.diff(values)
+        least = float(np.min(np.abs(steps), where=steps != 0.0, initial=np.inf))
+        bend = np.diff(steps)
+        bend[np.abs(bend) < max(SMOOTH * float(np.ptp(values)), 1.01 * least)] = 0.0
+        if np.mean(np.sign(bend[1:]) * np.sign(bend[:-1]) < 0.0) > ROUGH:
+            return True
+    return False
 
 
 def _rows(signals: Sequence[Array]) -> Pairs:

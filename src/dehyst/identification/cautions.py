@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,6 +55,8 @@ UNRELATED = 0.3
 # Held-out samples that are missed by more than so many times the error of the fitted ones, and this percent of range.
 WORSE = 5.0
 WORSE_PERCENT = 1.0
+# What hides a loop: while it is there, that a curve is as good says nothing about hysteresis.
+HIDES = ("output-unrelated", "recordings-differ", "drift", "two-actuators")
 # Held-out samples whose input covers less than this share of the fitted range hold no loops.
 SMALL_TEST = 0.1
 
@@ -119,7 +121,7 @@ def about_data(
             f"at the speed of use, or align the delay of a sensor."
             + (f" {lacking[0].upper()}{lacking[1:]}." if lacking else ""),
         )
-    if change > DRIFT_SIZE * data.output_range and change > DRIFT_CERTAINTY * doubt:
+    if drifts(data, change, doubt):
         yield Finding(
             "drift",
             f"the output drifts by {abs(loop.drift_percent):.1f} % of its range from the first to the last cycle at "
@@ -168,6 +170,22 @@ def about_data(
         )
 
 
+def drifts(data: DataSet, change: float, doubt: float) -> bool:
+    """Whether a change of the output from the first to the last cycle, above 0, is large and certain."""
+    return change > DRIFT_SIZE * data.output_range and change > DRIFT_CERTAINTY * doubt
+
+
+def hidden_by(codes: Collection[str]) -> str:
+    """Which of these findings hide a loop, in words, "" if none does.
+
+    Examples
+    --------
+    >>> hidden_by(["gap", "recordings-differ"])
+    'recordings-differ'
+    """
+    return " and ".join(code for code in HIDES if code in codes)
+
+
 def about_fit(
     data: DataSet,
     measured: Measured,
@@ -209,8 +227,8 @@ def about_fit(
                 f"the {held_out.size} samples held out cover {100 * covered:.2g} % of the input's range: no loop, so "
                 f"the error on them says little. Log more, without gaps, or fit a smaller part (--train-fraction).",
             )
-    yield from _held_out(measured)
-    yield from _recordings_differ(data, measured, knows, leads)
+    told_apart = [*_held_out(measured, turns), *_recordings_differ(data, measured, knows, leads)]
+    yield from told_apart
     peak = spectral_peak(records, measured.predictions, measured.test_masks if measured.test else measured.train_masks)
     judged = (measured.test or measured.train).rmse_percent
     if peak is not None and judged * peak.share**0.5 > PEAK_SIZE:
@@ -223,12 +241,13 @@ def about_fit(
     error = (measured.test or measured.train).rmse
     bar = (measured.static_test or measured.static_train).rmse
     if turns and certificate.operators and error > STATIC_AS_GOOD * bar:  # one branch is no loop
+        hidden = {finding.code for finding in told_apart}
+        if drifts(data, abs(measured.drift[0]), measured.drift[1]):
+            hidden.add("drift")
         yield Finding(
             "static-as-good",
             f"a curve without hysteresis is as good: it misses by {100 * bar / data.output_range:.2f} % of range, the "
-            f"model by {100 * error / data.output_range:.2f} %. Either there is no hysteresis at this scale, or the "
-            f"loop is of a kind this model cannot show. Use the curve (--family static), or look at the loop in the "
-            f"report.",
+            f"model by {100 * error / data.output_range:.2f} %. {_why_as_good(hidden)}",
         )
     slope = data.amplitude / data.half_range
     if certificate.strain > AFFORDABLE:
@@ -264,6 +283,19 @@ def about_fit(
         )
     if measured.test is None and asked_test:
         yield no_held_out()
+
+
+def _why_as_good(codes: Collection[str]) -> str:
+    hidden = hidden_by(codes)
+    if hidden:
+        return (
+            f"What the warning {hidden} says is larger than any loop here, so this says nothing about hysteresis: mend "
+            f"that first."
+        )
+    return (
+        "It does not tell why: there is no hysteresis at this scale, the loop is of a kind this model cannot show, or "
+        "something else moves the output. Use the curve (--family static), or look at the loop in the report."
+    )
 
 
 def _recordings_differ(data: DataSet, measured: Measured, knows: Knows, leads: bool) -> Iterator[Finding]:
@@ -318,8 +350,8 @@ def _option(name: str) -> str:
     return f"--mean-pressure {name}" if kind == "pressure" else ""
 
 
-def _held_out(measured: Measured) -> Iterator[Finding]:
-    """What the held-out samples show that the fitted ones did not."""
+def _held_out(measured: Measured, turns: int) -> Iterator[Finding]:
+    """What the held-out samples show that the fitted ones did not; a branch that never turns was to be worse there."""
     test, static, train = measured.test, measured.static_test, measured.train
     if test is None or static is None:
         return
@@ -333,7 +365,7 @@ def _held_out(measured: Measured) -> Iterator[Finding]:
             f"another column, or something else moves it: look at the log (dehyst inspect LOG), and log what else "
             f"drives the actuator.",
         )
-    elif test.rmse > WORSE * train.rmse and test.rmse_percent > WORSE_PERCENT and measured.beyond <= BEYOND:
+    elif turns and test.rmse > WORSE * train.rmse and test.rmse_percent > WORSE_PERCENT and measured.beyond <= BEYOND:
         yield Finding(
             "held-out-worse",
             f"the model misses the held-out samples by {of_range(test.rmse_percent)} the output's range, "
@@ -419,17 +451,26 @@ def plays_only(cause: str, cure: str) -> Finding:
     )
 
 
-def no_hysteresis(candidates: tuple[Candidate, ...], span: tuple[float, float]) -> Finding:
-    """What to say where a curve is the answer, on a log whose input has the range `span`."""
+def no_hysteresis(candidates: tuple[Candidate, ...], span: tuple[float, float], codes: Collection[str] = ()) -> Finding:
+    """What to say where a curve is the answer, on a log whose input has the range `span`.
+
+    `codes` are those of the other findings, one of which may be why.
+    """
     line = command("design", range=(f"{span[0]:.3g}", f"{span[1]:.3g}"))
+    hidden = hidden_by(codes)
+    why = (
+        f"a loop may be hidden by what the warning {hidden} says, so the model is the curve for now. Mend that first"
+        if hidden
+        else "hysteresis was not found at this scale, or does not repeat, so the model is the curve. If the loop in "
+        f"the report is open, log more of it, warmed up and under one load (`{line}` plans the motion)"
+    )
     curve = next(each for each in candidates if each.family == STATIC)
     best = min((each for each in candidates if each.family != STATIC), key=lambda each: each.error_percent)
     return Finding(
         "no-hysteresis",
         f"on loops held out within the fitted part a curve without memory misses by {curve.error_percent:.2f} % of "
-        f"range, the best model with memory ({best.family}) by {best.error_percent:.2f} %: hysteresis was not found at "
-        f"this scale, or does not repeat, so the model is the curve. If the loop in the report is open, log more of "
-        f"it, warmed up and under one load (`{line}` plans the motion), or insist with --family {best.family}.",
+        f"range, the best model with memory ({best.family}) by {best.error_percent:.2f} %: {why}, or insist with "
+        f"--family {best.family}.",
     )
 
 

@@ -16,6 +16,7 @@ from dehyst.identification.cautions import (
     Knows,
     about_data,
     about_fit,
+    hidden_by,
     no_hysteresis,
     of_range,
     unrelated,
@@ -140,9 +141,11 @@ def verdict_of(
         )
     gives = f"gives the applied input back to {of_range(inverse)} its range"
     if name == STATIC:
+        hidden = hidden_by(codes)
+        why = f"a loop may be hidden ({hidden})" if hidden else "hysteresis was not found, or does not repeat"
         return (
             f"static, a curve without memory: {errs} {where}; its inverse {gives}"
-            + ("; hysteresis was not found, or does not repeat" if "no-hysteresis" in codes else "")
+            + (f"; {why}" if "no-hysteresis" in codes else "")
             + f": {grade}."
         )
     return (
@@ -248,7 +251,8 @@ def fit_of(
     """
     loop_facts, findings = _examine(data, seen, measured, certificate, knows, settings)
     if family == STATIC and candidates:
-        more = (*more, no_hysteresis(candidates, range_over([record.input for record in measured.recordings])))
+        span = range_over([record.input for record in measured.recordings])
+        more = (*more, no_hysteresis(candidates, span, [finding.code for finding in findings]))
     findings = with_reasons((*findings, *more))
     verdict = verdict_of(name, measured, findings, tested_on(settings), no_inverse)
     card = _card(measured, settings, family, certificate.initial_state, verdict)

@@ -257,10 +257,21 @@ def drift(x: Array, residual: Array, less: Array | None = None) -> tuple[float, 
     if begins.size < FEWEST_CYCLES + 1:
         return 0.0, 0.0
     counted = slice(0, int(begins[-1]))
-    sums = np.add.reduceat(residual[counted], begins[:-1])
-    if less is not None:
-        sums = sums - np.add.reduceat(less[counted], begins[:-1])
-    return drift_of(sums / np.diff(begins), x[points])
+    inside = middle_third(x[counted], float(np.min(x)), float(np.max(x)))
+    left = residual[counted] if less is None else residual[counted] - less[counted]
+    sums, middle, counts = (np.add.reduceat(signal, begins[:-1]) for signal in (left, left * inside, inside))
+    return drift_of(sums / np.diff(begins), x[points], middle, counts)
+
+
+def middle_third(x: Array, low: float, high: float) -> Array:
+    """1.0 for samples in the middle third of a range, else 0.0.
+
+    Examples
+    --------
+    >>> middle_third(np.array([0.0, 0.4, 0.5, 0.7]), 0.0, 1.0).tolist()
+    [0.0, 1.0, 1.0, 0.0]
+    """
+    return np.asarray(np.abs(x - 0.5 * (low + high)) <= (high - low) / 6.0, dtype=np.float64)
 
 
 def agreed(model: tuple[float, float], curve: tuple[float, float]) -> tuple[float, float]:
@@ -281,17 +292,36 @@ FEWEST_CYCLES = 4
 ALIKE = 0.05
 
 
-def drift_of(cycles: Array, turns: Array) -> tuple[float, float]:
+def drift_of(cycles: Array, turns: Array, middle: Array, counts: Array) -> tuple[float, float]:
     """Change of the mean residuals (n,) of cycles from the first to the last, and its standard error.
 
-    A line through them; (0, 0) with fewer than four. Where the ends of the cycles, every other of `turns` and those
-    between, are not the same all along, the line stands beside both: what a model errs by depends on the size of a
-    cycle, and cycles that grow are no drift.
+    A line through them; (0, 0) with fewer than four. `middle` and `counts` are sums and numbers of those residuals in
+    the middle third of the input's range: a zero that wanders shows there as elsewhere, and a gain that does by half.
+    So the error is that of the middle third where the change is less certain there: what a model errs by at one place,
+    as where a loop snaps, is no drift, however often the cycles went there.
+    """
+    size = cycles.size
+    if size < FEWEST_CYCLES:
+        return 0.0, 0.0
+    ends = turns[: 2 * size : 2], turns[1 : 2 * size : 2]
+    change, error = _line(cycles, ends)
+    crossed = counts > 0.0
+    if np.count_nonzero(crossed) < FEWEST_CYCLES:
+        return change, error
+    there, doubt = _line(middle[crossed] / counts[crossed], (ends[0][crossed], ends[1][crossed]))
+    if there * change <= 0.0:
+        return 0.0, 0.0
+    return change, max(error, doubt * change / there)
+
+
+def _line(cycles: Array, ends: tuple[Array, Array]) -> tuple[float, float]:
+    """Rise of a line through values of cycles, and its standard error; (0, 0) where there are too few.
+
+    Where the ends of the cycles are not the same all along, the line stands beside both: what a model errs by depends
+    on the size of a cycle, and cycles that grow are no drift.
     """
     count = cycles.size
-    if count < FEWEST_CYCLES:
-        return 0.0, 0.0
-    one, other = turns[: 2 * count : 2], turns[1 : 2 * count : 2]
+    one, other = ends
     largest = float(np.max(np.abs(one - other)))
     k = np.arange(count, dtype=np.float64)
     beside = [np.ones(count), *(end - end.mean() for end in (one, other) if np.std(end) > ALIKE * largest)]

@@ -55,6 +55,13 @@ class Score:
         return {"rmse": self.rmse, "rmse_percent": self.rmse_percent, "nrmse": self.nrmse, "max": self.max}
 
 
+# What is left of an output that its input does not move follows whatever does.
+UNRELATED_INPUT = (
+    "The output does not follow this input, so what the error follows says nothing about an actuator. Log what moves "
+    "this output, and take that for the input."
+)
+
+
 @dataclass(frozen=True, slots=True)
 class InputError:
     """How far the input that an inverse asks for is from the one that was applied, percent of the input's range.
@@ -480,7 +487,7 @@ class Fit(Plotted):
     def residual(self) -> Residual:
         """What the residual follows on held-out samples, on fitted ones if none were held out, and what is noise."""
         score = self.test or self.train
-        return residual_structure(
+        structure = residual_structure(
             self.recordings,
             self.predictions,
             self.test_masks if self.test else self.train_masks,
@@ -489,6 +496,9 @@ class Fit(Plotted):
             knows_time=self.model.rate_dependent,
             confirmed=self._confirmed,
         )
+        if any(finding.code == "output-unrelated" for finding in self.warnings):
+            return replace(structure, suggestions=(UNRELATED_INPUT,))
+        return structure
 
     @property
     def _confirmed(self) -> set[str]:

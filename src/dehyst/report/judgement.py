@@ -10,7 +10,7 @@ import numpy as np
 from dehyst.arrays import Array, rank
 from dehyst.data.ranges import robust_range
 from dehyst.findings import Grade, grade_of
-from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, of_range
+from dehyst.identification.cautions import INVERSE_MISSES, POOR_PERCENT, hidden_by, of_range
 from dehyst.identification.certify import FEW_LOOPS, GOOD_PERCENT, SERIOUS, UNUSABLE
 from dehyst.identification.fit import Fit, Score, word_of
 from dehyst.identification.selection import STATIC_AS_GOOD
@@ -285,7 +285,13 @@ def in_words(fit: Fit, found: tuple[Light, ...]) -> tuple[str, ...]:
     ]
     times = improvement(fit)
     if not fit.certificate.operators:
-        says.append("It is a curve without memory: hysteresis was not found on loops held out, or does not repeat.")
+        hidden = hidden_by(codes(fit))
+        why = (
+            f"a loop may be hidden by what the warning {hidden} says"
+            if hidden
+            else "hysteresis was not found on loops held out, or does not repeat"
+        )
+        says.append(f"It is a curve without memory: {why}.")
     elif grades["Against a curve"] is Grade.BAD:
         says.append("A simple curve without hysteresis does as well: use that, or look for what else moves the output.")
     elif curve_fits_better(fit):

@@ -13,7 +13,7 @@ from dehyst.data.loops import TURN_FRACTION
 from dehyst.data.ranges import robust_range
 from dehyst.identification.data import DataSet, Piece, chunks
 from dehyst.identification.evidence import Evidence, evidence, rows_of, stretches_of
-from dehyst.identification.facts import agreed, drift_of
+from dehyst.identification.facts import agreed, drift_of, middle_third
 from dehyst.identification.fit import Score
 from dehyst.identification.regressors import Bank, started
 from dehyst.identification.scores import Measure, Measured, Moments, input_error_of, score_of
@@ -35,24 +35,33 @@ class Cycles:
         Swings of the input that count. [input]
     residuals
         How many residuals there are.
+    low, high
+        Range of the input. [input]
     """
 
-    def __init__(self, swing: float, residuals: int) -> None:
-        self._zigzag = Zigzag(swing, residuals)
-        self._totals = np.zeros((residuals, 1))
-        self._points = [np.zeros((0, TAGS + residuals))]
+    def __init__(self, swing: float, residuals: int, low: float, high: float) -> None:
+        # Sums of residuals, of those in the middle third of the range, and how many samples are there.
+        sums = 2 * residuals + 1
+        self._zigzag = Zigzag(swing, sums)
+        self._totals = np.zeros((sums, 1))
+        self._points = [np.zeros((0, TAGS + sums))]
+        self._residuals, self._range = residuals, (low, high)
 
     def add(self, begin: int, x: Array, residuals: Array) -> None:
         """Add samples from number `begin` on, with residuals (residuals, K)."""
-        running = self._totals + np.cumsum(residuals, axis=1)
+        inside = middle_third(x, *self._range)
+        summed = np.concatenate([residuals, residuals * inside, inside[None]])
+        running = self._totals + np.cumsum(summed, axis=1)
         self._totals = running[:, -1:]
-        self._points.append(self._zigzag.add(begin, x, running - residuals))
+        self._points.append(self._zigzag.add(begin, x, running - summed))
 
     def drift(self, which: int) -> tuple[float, float]:
         """Change of a residual from the first to the last cycle, and its standard error."""
         points = np.concatenate(self._points)
         begins = points[::2]
-        return drift_of(np.diff(begins[:, TAGS + which]) / np.diff(begins[:, PLACE]), points[:, VALUE])
+        sums = np.diff(begins[:, TAGS:], axis=0)
+        middle, counts = sums[:, self._residuals + which], np.round(sums[:, -1])
+        return drift_of(sums[:, which] / np.diff(begins[:, PLACE]), points[:, VALUE], middle, counts)
 
 
 class Simulator(Protocol):
@@ -182,7 +191,7 @@ class _Comparison:
         self.rated = {k: _kept(rows) for k, rows in self.rows.items()}
         low, high = logs[0].reader.extremes(0, logs[0].samples, INPUT)
         self.trip = RoundTrip(model.stepper("dense"), model.inverse().stepper("dense"), model.stepper("dense"))
-        self.cycles = Cycles(TURN_FRACTION * (high - low), 2)
+        self.cycles = Cycles(TURN_FRACTION * (high - low), 2, low, high)
         self.first_range = high - low
         ends = [log.reader.extremes(0, log.samples, INPUT) for log in logs]
         self.applied = min(end[0] for end in ends), max(end[1] for end in ends)
