@@ -264,7 +264,7 @@ def worn(folder):
 
 def worn_without_range(folder):
     worn(folder)
-    model = dehyst.load_model(folder / "m.json")
+    model = dehyst.load(folder / "m.json")
     model.with_card(ModelCard(SignalCard("volt"), SignalCard("angle"))).save(folder / "m.json")
 
 

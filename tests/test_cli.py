@@ -102,7 +102,7 @@ def test_identify_saves_a_model_that_remembers_where_it_came_from(run, folder, t
         "identify", folder / "log.csv", "--input", PRESSURE, "--output", ANGLE, *QUICK, "--save", target
     )
     assert status == 0 and str(target) in out.replace("\n", "") and "dehyst compensate" in out
-    model = dehyst.load_model(target)
+    model = dehyst.load(target)
     assert (model.card.input.label, model.card.output.label) == ("pressure_difference [bar]", "angle [deg]")
     assert model.card.provenance["logs"][0]["file"] == "log.csv"
     assert model.card.provenance["settings"]["n"] == 20
@@ -142,7 +142,7 @@ def test_the_window_cuts_the_log(run, folder, tmp_path):
     target = tmp_path / "m.json"
     base = ("identify", folder / "log.csv", "--input", PRESSURE, "--output", ANGLE, *QUICK, "--save", target)
     assert run(*base, "--from", "12", "--to", "84")[0] == 0
-    log = dehyst.load_model(target).card.provenance["logs"][0]
+    log = dehyst.load(target).card.provenance["logs"][0]
     assert log["samples"] == 720
     assert log["window"] == [12.0, 84.0]
 
@@ -156,12 +156,12 @@ def test_several_logs_and_several_runs_are_fitted_together(run, folder, tmp_path
     target = tmp_path / "m.json"
     tail = ("--input", PRESSURE, "--output", ANGLE, *QUICK, "--save", target)
     assert run("identify", tmp_path / "runs.csv", "--run", "a", "--run", "c", *tail)[0] == 0
-    logs = dehyst.load_model(target).card.provenance["logs"]
+    logs = dehyst.load(target).card.provenance["logs"]
     assert [log["run"] for log in logs] == ["a", "c"]
     other = tmp_path / "other.csv"
     write_csv(other, {"time_s": rec.time, PRESSURE: rec.input, ANGLE: rec.output + 0.01 * np.sin(7.0 * rec.time)})
     assert run("identify", folder / "log.csv", other, *tail, "--overwrite")[0] == 0
-    assert len(dehyst.load_model(target).card.provenance["logs"]) == 2
+    assert len(dehyst.load(target).card.provenance["logs"]) == 2
     status, _, err = run("identify", tmp_path / "runs.csv", *tail, "--overwrite")
     assert status == 2 and err.startswith("RunError") and "--run" in err
 
@@ -177,7 +177,7 @@ def test_odd_column_names_survive(run, tmp_path, x, y):
     target = tmp_path / "m.json"
     status, out, _ = run("identify", log, "--input", x, "--output", y, *QUICK, "--save", target)
     assert status == 0
-    model = dehyst.load_model(target)
+    model = dehyst.load(target)
     assert model.card.input.name == x.split(" [")[0]
     assert model.card.output.name == dehyst.read_log(log, x, y).output_name
     assert model.card.output.name in out  # in the line to type next
@@ -242,7 +242,7 @@ def test_columns_that_leave_a_choice_end_in_a_line_that_works(run, tmp_path, mon
 
 
 def judged(folder, place, verdict):
-    model = dehyst.load_model(folder / "model.json")
+    model = dehyst.load(folder / "model.json")
     card = replace(model.card, provenance={"verdict": verdict})
     model.with_card(card).save(place)
     return place
@@ -285,7 +285,7 @@ def test_simulate_prints_the_models_output_with_units(run, folder):
     assert list(columns) == ["time [s]", "pressure_difference [bar]", "model_angle [deg]"]
     rec = dehyst.read_log(folder / "log.csv", PRESSURE, ANGLE)
     assert np.array_equal(columns["pressure_difference [bar]"], rec.input)
-    model = dehyst.load_model(folder / "model.json")
+    model = dehyst.load(folder / "model.json")
     assert np.array_equal(columns["model_angle [deg]"], model.simulate(rec.input))
 
 
@@ -361,7 +361,7 @@ def test_leaving_the_identified_range_is_said(run, folder, tmp_path):
 
 
 def test_a_reference_may_leave_the_range_by_two_percent_without_a_word(run, folder, tmp_path):
-    card = dehyst.load_model(folder / "model.json").card.output
+    card = dehyst.load(folder / "model.json").card.output
     for beyond, said in ((0.015, False), (0.025, True)):
         top = card.high + beyond * (card.high - card.low)
         write_csv(tmp_path / "r.csv", {"time_s": np.arange(400) / 20, ANGLE: top * np.sin(np.linspace(0, 7, 400))})
@@ -370,7 +370,7 @@ def test_a_reference_may_leave_the_range_by_two_percent_without_a_word(run, fold
 
 
 def test_jumps_of_the_computed_input_are_said_with_size_and_place(run, folder, tmp_path):
-    card = dehyst.load_model(folder / "model.json").card.input
+    card = dehyst.load(folder / "model.json").card.input
     angle = np.r_[np.linspace(0, 10, 100), np.linspace(-10, 0, 100)]
     write_csv(tmp_path / "r.csv", {"time_s": np.arange(200) / 100, ANGLE: angle})
     status, out, err = run("compensate", folder / "model.json", tmp_path / "r.csv", "--output", ANGLE)
@@ -387,7 +387,7 @@ def test_a_gap_carries_the_memory_on_and_that_is_what_is_said(run, folder, tmp_p
     t = np.r_[np.arange(100), np.arange(400, 500)] / 20
     wave = 20 * np.sin(t)
     write_csv(tmp_path / "gap.csv", {"time_s": t, ANGLE: wave, PRESSURE: wave / 10})
-    model = dehyst.load_model(folder / "model.json")
+    model = dehyst.load(folder / "model.json")
     expected = {"compensate": model.inverse().simulate(wave), "simulate": model.simulate(wave / 10)}
     for command in (("compensate", "--output", ANGLE), ("simulate", "--input", PRESSURE)):
         status, out, err = run(
@@ -463,7 +463,7 @@ def test_the_unit_of_the_clock_can_be_named_for_every_command(run, folder, tmp_p
     unit = ("--time-unit", "ms")
     pair = ("--input", PRESSURE, "--output", ANGLE)
     assert run("identify", log, *pair, *QUICK, *unit, "--from", "12", "--to", "84", "--save", model)[0] == 0
-    assert dehyst.load_model(model).card.provenance["logs"][0]["samples"] == 720
+    assert dehyst.load(model).card.provenance["logs"][0]["samples"] == 720
     for command in (("simulate", model, log, "--input", PRESSURE), ("compensate", model, log, "--output", ANGLE)):
         status, out, _ = run(*command, *unit, "--to", "50")
         assert status == 0 and table(out)["time [s]"][-1] == pytest.approx(49.9)
@@ -598,7 +598,7 @@ def test_identify_replaces_its_own_model_and_page_but_not_one_by_the_other(run, 
     for swapped in (("--save", page), ("--report", model)):
         status, _, err = run(*arguments, *swapped)
         assert status == 2 and err.startswith("OutputError: ")
-    dehyst.load_model(model)
+    dehyst.load(model)
 
 
 def test_a_source_is_never_overwritten_whatever_is_said(run, folder):

@@ -125,13 +125,13 @@ def test_json_is_only_json_and_its_keys_are_documented(run, folder):
     page = (Path(__file__).parents[1] / "docs" / "reference" / "json.md").read_text(encoding="utf-8")
     assert not keys(result) - set(re.findall(r"`([\w-]+)`", page))
     assert result["refit"]["accepted"] is True
-    assert dehyst.load_model(folder / "json.json").card.provenance["replaces"]["reason"] == result["refit"]["reason"]
+    assert dehyst.load(folder / "json.json").card.provenance["replaces"]["reason"] == result["refit"]["reason"]
 
 
 def test_after_a_new_model_its_verdict_and_the_next_command_are_printed(run, folder):
     status, out, _ = run("drift", folder / "model.json", folder / "worn.csv", "--refit", folder / "next.json")
     flat = " ".join(out.split())
-    verdict = dehyst.load_model(folder / "next.json").card.provenance["verdict"]
+    verdict = dehyst.load(folder / "next.json").card.provenance["verdict"]
     assert status == 1 and f"verdict on the new model: {verdict}" in flat
     assert "next: dehyst compensate" in flat and "next.json REFERENCE.csv --output angle" in flat
 

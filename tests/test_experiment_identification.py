@@ -27,7 +27,7 @@ def test_the_command_line_gives_the_same_model_bit_for_bit_from_the_written_log(
     monkeypatch.setattr("sys.argv", ["dehyst", *words, "--save", str(saved)])
     with contextlib.suppress(SystemExit):
         cli.main()
-    model = dehyst.load_model(saved)
+    model = dehyst.load(saved)
     for name in ("weights", "thresholds", "center", "offset"):
         assert np.array_equal(getattr(model, name), getattr(found.fit.model, name))
     assert model.state is None and found.fit.model.state is None

@@ -263,7 +263,7 @@ def test_the_manifest_names_every_file_and_the_model(tmp_path):
     manifest = json.loads((written.folder / "manifest.json").read_text())
     on_disk = {path.relative_to(written.folder).as_posix() for path in written.folder.rglob("*") if path.is_file()}
     assert on_disk == {*manifest["files"], "manifest.json"} == set(written.files)
-    model = dehyst.load_model(written.folder / "model.json")
+    model = dehyst.load(written.folder / "model.json")
     assert manifest["model_sha256"] == json.loads((written.folder / "model.json").read_text())["sha256"]
     assert model.weights.tolist() == play_model().weights.tolist()
     assert (manifest["input"]["unit"], manifest["output"]["unit"]) == ("deg", "bar")

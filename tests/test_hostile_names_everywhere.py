@@ -16,7 +16,7 @@ from dehyst.export.folder import contents
 from dehyst.export.targets import TARGETS
 from dehyst.io import example_csv, inspect_log
 from dehyst.models import ModelCard, PrandtlIshlinskii, SignalCard
-from dehyst.models.storage import load_model, save_model
+from dehyst.models.storage import load, save_model
 from dehyst.shell import visible_text
 
 FORGED = "\n# Verified by `dehyst verify`."
@@ -104,7 +104,7 @@ def test_no_command_writes_or_prints_what_steers(run, tmp_path, monkeypatch):
         assert status in (0, 1, 2, 3, 4), (words, err)
         assert _letters(out + err) == set(), words
         if words[0] == "identify":  # reading spells out; a model of somebody else says what it likes
-            model = load_model(tmp_path / "m.json")
+            model = load(tmp_path / "m.json")
             signals = [replace(card, name=f"{card.name}{HOSTILE}") for card in (model.card.input, model.card.output)]
             save_model(model.with_card(replace(model.card, input=signals[0], output=signals[1])), tmp_path / "m.json")
     files = [path for path in tmp_path.rglob("*") if path.is_file() and path.name != "log.csv"]

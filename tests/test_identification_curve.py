@@ -128,7 +128,7 @@ def test_a_curve_is_saved_played_exported_verified_reported_and_watched(run, tmp
     assert status == 0, err
     result = json.loads(out)
     assert (result["family"], result["n"], result["nonzero_weights"]) == ("static", 0, 0)
-    curve = dehyst.load_model(model)
+    curve = dehyst.load(model)
     for command in (["simulate", model, log, "--input", "p_bar"], ["compensate", model, log, "--output", "q_deg"]):
         status, out, err = run(*command)
         assert status == 0 and len(out.splitlines()) == len(rec) + 1, err

@@ -77,7 +77,7 @@ def test_where_no_eps_is_cheap_the_warning_names_what_one_costs_and_it_costs_tha
 def test_the_papers_family_keeps_the_papers_bound_to_the_bit():
     for rec in (recording(STIFF), recording(BACKLASH)):
         asked = identify_plays(rec, "pi", eps=0.001)
-        for fit in (identify_plays(rec, "pi"), dehyst.identify_paper(rec)):
+        for fit in (identify_plays(rec, "pi"), dehyst.identify(rec, "pi")):
             assert np.array_equal(fit.model.weights, asked.model.weights)
             assert fit.settings == asked.settings
 
@@ -86,7 +86,7 @@ def test_auto_chooses_the_papers_eps_too_where_all_families_are_asked():
     rec = recording(STIFF, gain=1e-3)
     fit, plays = dehyst.identify(rec, "pi", eps="auto"), identify_plays(rec, "pi", eps="auto")
     assert fit.settings == plays.settings and np.array_equal(fit.model.weights, plays.model.weights)
-    assert not np.array_equal(fit.model.weights, dehyst.identify_paper(rec).model.weights)
+    assert not np.array_equal(fit.model.weights, dehyst.identify(rec, "pi").model.weights)
 
 
 @pytest.mark.parametrize("scale", [1e-6, 4e-4, 1e-3, 1.0, 1e6])
@@ -102,7 +102,7 @@ def test_a_relative_eps_makes_the_papers_family_independent_of_units(weights, sc
 @pytest.mark.parametrize("scale", [1e-3, 9e-4, 1.1e-3])
 def test_where_the_papers_bound_spoils_the_fit_the_unit_is_named_and_no_actuator_blamed(scale):
     rec = recording(STIFF, gain=scale)
-    fit = dehyst.identify_paper(rec)
+    fit = dehyst.identify(rec, "pi")
     assert fit.test.rmse_percent > 1.5 * identify_plays(rec, "pi", eps="auto").test.rmse_percent
     assert codes(fit) == ["paper-bound"]
     assert "good" not in fit.verdict.rpartition(":")[2] and "paper-bound" in fit.verdict
@@ -111,7 +111,7 @@ def test_where_the_papers_bound_spoils_the_fit_the_unit_is_named_and_no_actuator
 
 
 def test_where_the_papers_bound_is_nothing_in_these_units_the_gain_is_said_with_the_cause():
-    fit = dehyst.identify_paper(recording(BACKLASH, noise=0.05, gain=1e5))
+    fit = dehyst.identify(recording(BACKLASH, noise=0.05, gain=1e5), "pi")
     message = next(finding.message for finding in fit.warnings if finding.code == "high-inverse-gain")
     assert "absolute" in message and "the mean slope" in message and "--eps" in message
     assert "good for compensation" not in fit.verdict

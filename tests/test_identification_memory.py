@@ -172,7 +172,7 @@ def test_the_model_starts_where_the_log_starts(family, kind, tmp_path):
     fit = dehyst.identify(noisy, family, initial_state=kind)
     assert np.array_equal(fit.model.simulate(noisy.input), fit.predictions[0])
     file = fit.model.save(tmp_path / "model.json")
-    assert np.array_equal(dehyst.load_model(file).simulate(noisy.input), fit.predictions[0])
+    assert np.array_equal(dehyst.load(file).simulate(noisy.input), fit.predictions[0])
 
 
 def test_memory_that_is_unknown_throughout_is_refused_with_the_way_out():

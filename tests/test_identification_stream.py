@@ -249,7 +249,7 @@ def test_the_fit_makes_a_report_and_a_model_file(tmp_path):
     fit = dehyst.identify_stream(Chunks(x, y, time), "pi", n=10)
     page = dehyst.write_report(fit, tmp_path / "report.html")
     assert "80000 samples" in Path(page or tmp_path / "report.html").read_text(encoding="utf-8")
-    loaded = dehyst.load_model(fit.model.save(tmp_path / "model.json"))
+    loaded = dehyst.load(fit.model.save(tmp_path / "model.json"))
     assert loaded.weights.tolist() == fit.model.weights.tolist()
     assert loaded.card.provenance["logs"][0]["samples"] == 80_000
     json.dumps(fit.as_dict())

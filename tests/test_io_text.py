@@ -11,7 +11,7 @@ from dehyst.errors import ColumnError, LogError, ModelFileError, RecordingError,
 from dehyst.io import inspect_log
 from dehyst.io.logs import read_columns, read_log, read_signal
 from dehyst.io.write import write_csv
-from dehyst.models import load_model
+from dehyst.models import load
 from effort import lines_run
 
 T = np.round(np.arange(80) * 0.05, 6)
@@ -408,7 +408,7 @@ def test_what_is_no_path_is_refused_by_name(path):
     with pytest.raises(LogError, match="no path"):
         read_log(path, "x", "y")  # type: ignore[arg-type]
     with pytest.raises(ModelFileError, match="no path"):
-        load_model(path)  # type: ignore[arg-type]
+        load(path)  # type: ignore[arg-type]
 
 
 # Several columns of a log, row by row

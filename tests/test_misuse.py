@@ -52,7 +52,6 @@ def test_what_is_no_recording_is_refused_with_the_line_that_makes_one(what, take
 MANY = (
     lambda *given: dehyst.identify(*given, "pi"),
     dehyst.identify_direct,
-    dehyst.identify_paper,
     dehyst.choose_shear,
     dehyst.cross_validate,
     lambda *given: dehyst.identify_family(*given, "dahl", 3),

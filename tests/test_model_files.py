@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from dehyst import ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, StaticCurve, StopOperatorModel, load_model
+from dehyst import ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, StaticCurve, StopOperatorModel, load
 from dehyst.errors import OutputError, ParameterError
 from dehyst.models import ModelCard, SignalCard, model_from_dict, model_to_dict
 
@@ -96,7 +96,7 @@ def test_every_family_comes_back_bit_for_bit(tmp_path, model, card):
     model = model.with_card(card)
     path = tmp_path / "m.json"
     assert model.save(path) == path
-    again = load_model(path)
+    again = load(path)
     assert type(again) is type(model)
     assert bits(again) == bits(model)
     x = np.linspace(-2.0, 2.0, 9)
@@ -118,7 +118,7 @@ def test_inverses_are_models_that_can_be_saved(tmp_path):
     for model in (inner, ModifiedPrandtlIshlinskii(inner, after=bend), StaticCurve(bend)):
         inverse = model.inverse()
         inverse.save(tmp_path / "i.json")
-        assert bits(load_model(tmp_path / "i.json")) == bits(inverse)
+        assert bits(load(tmp_path / "i.json")) == bits(inverse)
 
 
 def test_a_file_is_plain_readable_json(tmp_path):
@@ -140,13 +140,13 @@ def test_whitespace_and_the_order_of_keys_do_not_matter(tmp_path):
     turned = dict(reversed(content.items()))
     for text in (json.dumps(turned), json.dumps(content, indent=7), "\n\n " + json.dumps(content) + "\r\n\t"):
         (tmp_path / "m.json").write_text(text, encoding="utf-8")
-        assert bits(load_model(tmp_path / "m.json")) == bits(model)
+        assert bits(load(tmp_path / "m.json")) == bits(model)
 
 
 def test_tuples_and_number_keys_in_the_provenance_come_back_as_json_has_them(tmp_path):
     card = ModelCard(provenance={"window": (1, 2), "counts": {10: 1, 9: 2}})
     PrandtlIshlinskii([0.0], [1.0], card=card).save(tmp_path / "m.json")
-    again = load_model(tmp_path / "m.json").card.provenance
+    again = load(tmp_path / "m.json").card.provenance
     assert again["window"] == [1, 2]
     assert again["counts"] == {"10": 1, "9": 2}
 
@@ -261,7 +261,7 @@ def test_a_saved_file_is_readable_like_any_other(tmp_path):
 def test_saving_replaces_an_earlier_file(tmp_path):
     path = PrandtlIshlinskii([0.0], [1.0]).save(tmp_path / "m.json")
     PrandtlIshlinskii([0.0], [2.0]).save(path)
-    assert load_model(path).weights.tolist() == [2.0]
+    assert load(path).weights.tolist() == [2.0]
 
 
 def test_dictionaries_are_models_without_a_file():

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import dehyst
 from dehyst import DirectInverse
 from dehyst.errors import ModelFileError
-from dehyst.models import ModelCard, Schedule, SignalCard, load, model_from_dict, model_to_dict
+from dehyst.models import ModelCard, Schedule, SignalCard, model_from_dict, model_to_dict
 from effort import no_hang
 from test_model_files_hostile import signed
 
@@ -59,14 +59,6 @@ def test_a_direct_inverse_comes_back_bit_for_bit(tmp_path, model):
     again = dehyst.load(model.save(tmp_path / "m.json"))
     assert same(again, model)
     assert same(model_from_dict(json.loads(json.dumps(model_to_dict(model)))), model)
-
-
-def test_each_reader_says_which_one_reads_the_other_kind(tmp_path):
-    direct, forward = MODEL.save(tmp_path / "d.json"), dehyst.PrandtlIshlinskii([0.0], [1.0]).save(tmp_path / "f.json")
-    with pytest.raises(ModelFileError, match=r"dehyst\.load,"):
-        dehyst.load_model(direct)
-    assert isinstance(load(direct), DirectInverse)
-    assert load(forward).family == "pi"
 
 
 def places(value, path=()):

@@ -17,7 +17,7 @@ from dehyst import (
     PrandtlIshlinskii,
     StaticCurve,
     StopOperatorModel,
-    load_model,
+    load,
 )
 from dehyst.errors import ModelFileError
 from dehyst.models import ModelCard, SignalCard, model_to_dict
@@ -44,7 +44,7 @@ def refused(path, data):
         path.write_bytes(data if isinstance(data, bytes) else data.encode("utf-8"))
     try:
         with no_hang():
-            model = load_model(path)
+            model = load(path)
     except ModelFileError as fault:
         message = str(fault)
         assert str(path) in message
@@ -330,13 +330,13 @@ def test_a_missing_file_is_named(tmp_path):
     (tmp_path / "file").write_text("x")
     assert refused(tmp_path / "file" / "m.json", None)
     with pytest.raises(ModelFileError):
-        load_model(f"{tmp_path}/a\0b")
+        load(f"{tmp_path}/a\0b")
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
 def test_a_named_pipe_does_not_hang(tmp_path):
     def hangs(*_):
-        raise TimeoutError("load_model waits for a writer that never comes")
+        raise TimeoutError("load waits for a writer that never comes")
 
     os.mkfifo(tmp_path / "pipe")
     old = signal.signal(signal.SIGALRM, hangs)
@@ -351,7 +351,7 @@ def test_a_named_pipe_does_not_hang(tmp_path):
 @pytest.mark.skipif(not Path("/dev/zero").exists(), reason="this system has no endless device")
 def test_an_endless_device_is_no_model_file():
     with pytest.raises(ModelFileError, match="no regular file"):
-        load_model("/dev/zero")
+        load("/dev/zero")
 
 
 def test_links_in_a_circle_are_refused(tmp_path):

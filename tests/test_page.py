@@ -433,7 +433,7 @@ def test_the_model_that_is_taken_away_is_read_by_dehyst(opened, tmp_path):
     with opened.page.expect_download() as saving:
         opened.page.click("button:text-is('made-up.model.json')")
     saving.value.save_as(tmp_path / "model.json")
-    model = dehyst.load_model(tmp_path / "model.json")
+    model = dehyst.load(tmp_path / "model.json")
     answer = opened.page.evaluate("[...document.querySelector('.results').answer.predicted]")
     x = opened.page.evaluate("[...document.querySelector('.results').answer.x]")
     assert np.max(np.abs(model.simulate(x) - answer)) < 1e-9 * np.ptp(answer)
@@ -449,7 +449,7 @@ def test_the_zip_holds_what_export_writes_and_its_check_passes(opened, tmp_path)
             opened.page.click(f"button:text-is('{button}')")
         saving.value.save_as(tmp_path / name)
     shutil.unpack_archive(tmp_path / "c.zip", tmp_path / "taken")
-    model = dehyst.load_model(tmp_path / "made-up.model.json")
+    model = dehyst.load(tmp_path / "made-up.model.json")
     written = contents(subject_of(model, name=identifier("made-up.model")), "c")
     taken = {
         str(p.relative_to(tmp_path / "taken")): p.read_bytes() for p in (tmp_path / "taken").rglob("*") if p.is_file()

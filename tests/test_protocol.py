@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import dehyst
-from dehyst.errors import DehystError, ModelFileError, ParameterError
+from dehyst.errors import DehystError, ParameterError
 from dehyst.families import example, names
 from dehyst.families.elements import Element, ElementModel
 from dehyst.models import DirectInverse, Model, ModelCard, Schedule, SignalCard
@@ -226,10 +226,3 @@ def test_a_sum_that_is_scheduled_takes_its_signals_by_name():
     assert model.needs == ("signal_0",)
     np.testing.assert_allclose(model.simulate(X, signal_0=0.25), 1.25 * X, atol=1e-12)
     assert model.stepper()(0.5, signal_0=1.0) == pytest.approx(1.0)
-
-
-def test_the_loader_of_plays_refuses_what_has_none(tmp_path):
-    for name in ("direct-inverse", "dahl"):
-        with pytest.raises(ModelFileError, match=r"dehyst\.load"):
-            dehyst.load_model(MODELS[name].save(tmp_path / "m.json"))
-    assert dehyst.load_model(PLAYS.save(tmp_path / "m.json")).weights.tolist() == [1.0, 0.0, 0.4]

@@ -155,7 +155,7 @@ def test_every_model_of_a_measured_loop_survives_its_file(tmp_path):
     for folder, x, y, window in ((*WRIST, {}), (*PIEZO, {"run": "model", "start": 2}), (*DAMPER, {"run": "ensaio1.2"})):
         rec = dehyst.read_log(DATA / folder / "data.csv.gz", x, y, **window)
         fit = dehyst.identify(rec, n=50)
-        model = dehyst.load_model(fit.model.save(tmp_path / f"{folder}.json"))
+        model = dehyst.load(fit.model.save(tmp_path / f"{folder}.json"))
         assert (model.simulate(rec.input) == fit.predictions[0]).all()
         assert model.card.provenance["logs"][0]["file"] == "data.csv.gz"
 

@@ -182,7 +182,7 @@ def test_the_miss_of_the_inverse_is_that_of_the_logs_own_input(log, fit):
 
 def test_card_and_file_say_what_was_sheared(tmp_path, log, fit):
     path = fit.model.save(tmp_path / "m.json")
-    again = dehyst.load_model(path)
+    again = dehyst.load(path)
     assert isinstance(again, ShearedPrandtlIshlinskii)
     assert again.shear == fit.model.shear
     assert again.card.input.name == "hysteresis"
@@ -308,9 +308,9 @@ def test_an_export_is_the_compensator_bit_for_bit(files, identified):
     )  # fmt: skip
     codes = [finding["code"] for finding in json.loads(answer.stdout)["warnings"]]
     assert "compensator-only" in codes
-    stored = dehyst.load_model(files / "unit" / "model.json")
+    stored = dehyst.load(files / "unit" / "model.json")
     y = nested_loops(20)
-    compensator = dehyst.load_model(files / "m.json").inverse()
+    compensator = dehyst.load(files / "m.json").inverse()
     assert stored.simulate(y).tobytes() == compensator.simulate(y).tobytes()
 
 

@@ -300,7 +300,7 @@ def test_the_command_line_writes_middle_low_high_certainty_and_a_picture(files, 
     line = [command, files / "m.json", files / "log.csv", option, column, "--unknown-state"]
     answer = run(*line, "--figure", tmp_path / "band.svg")
     table = np.loadtxt(answer.stdout.splitlines()[1:], delimiter=",")
-    model = dehyst.load_model(files / "m.json")
+    model = dehyst.load(files / "m.json")
     low, high = (model if command == "simulate" else model.inverse()).interval(table[:, 1])
     np.testing.assert_allclose(table[:, 2:5], np.column_stack([(low + high) / 2, low, high]), rtol=1e-12)
     assert table[0, 5] == 0.0

@@ -35,7 +35,7 @@ LOG = "time_s,pressure_bar,angle_deg,run\n" + "".join(
 def _edited_model() -> None:
     path = dehyst.PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0]).save("model.json")
     path.write_text(path.read_text().replace("0.5", "0.7"))
-    dehyst.load_model(path)
+    dehyst.load(path)
 
 
 class _NoPolars:
@@ -108,7 +108,7 @@ PROVOKED: dict[str, tuple[str, Callable[[], object]]] = {
         lambda: dehyst.read_log("log.csv", input="pressure_bar", output="angle_deg", run="up", start=60.0),
     ),
     "UnitError": ("dehyst compensate: the reference in mm, the model's output in deg", lambda: convert(1, "mm", "deg")),
-    "ModelFileError": ("dehyst.load_model('model.json')  # after an edit by hand", _edited_model),
+    "ModelFileError": ("dehyst.load('model.json')  # after an edit by hand", _edited_model),
     "MissingExtraError": ("dehyst.read_log('log.parquet', ...)  # without polars", _without_polars),
     "OutputError": (
         "model.save('results/model.json')  # without a folder results",

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from dehyst.identification import choose_shear as choose_shear
     from dehyst.identification import cross_validate as cross_validate
     from dehyst.identification import identify_direct as identify_direct
-    from dehyst.identification import identify_paper as identify_paper
     from dehyst.identification.stream import Progress as Progress
     from dehyst.identification.stream import identify_stream as identify_stream
     from dehyst.io import inspect_log as inspect_log
@@ -51,7 +50,6 @@ if TYPE_CHECKING:
     from dehyst.models import StaticCurve as StaticCurve
     from dehyst.models import StopOperatorModel as StopOperatorModel
     from dehyst.models import load as load
-    from dehyst.models import load_model as load_model
     from dehyst.monitoring import Drift as Drift
     from dehyst.monitoring import drift as drift
     from dehyst.monitoring.evaluate import Evaluation as Evaluation
@@ -111,13 +109,13 @@ _ROOMS = {
     "dehyst.errors": "DehystError",
     "dehyst.families": "Comparison FamilyFit LoopModel block compare identify identify_family",
     "dehyst.findings": "Finding",
-    "dehyst.identification": ("CrossValidation Fit Refit choose_shear cross_validate identify_direct identify_paper"),
+    "dehyst.identification": ("CrossValidation Fit Refit choose_shear cross_validate identify_direct"),
     "dehyst.identification.stream": "Progress identify_stream",
     "dehyst.io": "inspect_log read_log read_signal",
     "dehyst.io.chunks": "open_chunks",
     "dehyst.models": (
         "Block DirectInverse HysteresisModel Model ModifiedPrandtlIshlinskii MonotoneMap PrandtlIshlinskii "
-        "ShearedPrandtlIshlinskii StaticCurve StopOperatorModel load load_model"
+        "ShearedPrandtlIshlinskii StaticCurve StopOperatorModel load"
     ),
     "dehyst.monitoring": "Drift drift",
     "dehyst.monitoring.evaluate": "Evaluation evaluate",

@@ -4,7 +4,7 @@ from dehyst.identification.cross_validation import CrossValidation, Trial, cross
 from dehyst.identification.direct import identify_direct
 from dehyst.identification.evidence import Evidence
 from dehyst.identification.fit import Candidate, Certificate, Fit, LoopFacts, Refit, Score
-from dehyst.identification.plays import identify, identify_paper
+from dehyst.identification.plays import identify
 from dehyst.identification.shear import ShearChoice, choose_shear
 
 __all__ = [
@@ -22,5 +22,4 @@ __all__ = [
     "cross_validate",
     "identify",
     "identify_direct",
-    "identify_paper",
 ]

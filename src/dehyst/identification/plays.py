@@ -1,4 +1,4 @@
-"""identify() and identify_paper(): settings checked, then plays, a bounded gain, a sheared loop or a direct inverse."""
+"""identify() of plays: settings checked, then plays, a bounded gain, a sheared loop or a direct inverse."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from dehyst.identification.direct import identify_direct
 from dehyst.identification.fit import Fit
 from dehyst.identification.procedure import DIRECT, call_of, solve_in_memory
 from dehyst.identification.settings import (
-    PAPER_EPS,
     PAPER_OPERATORS,
     check_recordings,
     check_settings,
@@ -160,29 +159,3 @@ def _identify_direct(
             settings=set_here,
         )
     return identify_direct(recordings, initial_state=initial_state, train_fraction=train_fraction)
-
-
-@takes_recordings
-def identify_paper(recordings: Recording | Sequence[Recording], *, train_fraction: float | None = None) -> Fit:
-    """Identify with the 2012 paper's own settings: n = 100, w_1 >= eps = 0.001, w >= 0, z0 = 0.
-
-    The same as ``identify(recordings, family="pi")``: the input is centred, an offset is identified along, and z0 is
-    0 unless another start halves the error of the fit, which only data made by the operator itself bring about. To
-    insist on z0 = 0 in any case, call ``identify(recordings, family="pi", initial_state="zero")``.
-
-    Parameters
-    ----------
-    recordings
-        One recording or a list of them.
-    train_fraction
-        Share of each recording that is fitted.
-
-    Examples
-    --------
-    >>> import numpy as np, dehyst
-    >>> x = np.sin(np.linspace(0, 20, 400))
-    >>> fit = identify_paper(dehyst.Recording(input=x, output=2 * x))
-    >>> fit.family, fit.certificate.operators
-    ('pi', 100)
-    """
-    return identify(recordings, "pi", n=PAPER_OPERATORS, eps=PAPER_EPS, train_fraction=train_fraction)

@@ -9,7 +9,7 @@ from dehyst.models.model import Band, Model
 from dehyst.models.monotone import ModifiedPrandtlIshlinskii, MonotoneMap, StaticCurve
 from dehyst.models.prandtl_ishlinskii import PrandtlIshlinskii, StopOperatorModel
 from dehyst.models.sheared import ShearedPrandtlIshlinskii, subtracted_shear
-from dehyst.models.storage import load, load_model, model_from_dict, model_to_dict
+from dehyst.models.storage import load, model_from_dict, model_to_dict
 
 __all__ = [
     "BLOCK_FLAGS",
@@ -35,7 +35,6 @@ __all__ = [
     "Stepper",
     "StopOperatorModel",
     "load",
-    "load_model",
     "model_from_dict",
     "model_to_dict",
     "subtracted_shear",

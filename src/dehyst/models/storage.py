@@ -9,14 +9,13 @@ import os
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from dehyst import files
 from dehyst.errors import DehystError, ModelFileError, ParameterError
 from dehyst.models.card import ModelCard, SignalCard
 
 if TYPE_CHECKING:
-    from dehyst.models.base import HysteresisModel
     from dehyst.models.model import Model
 
 Json = dict[str, Any]
@@ -214,30 +213,3 @@ def load(path: str | os.PathLike[str]) -> Model:
     cure = "Name a file written by `dehyst identify ... --save`."
     text = files.text_of(path, lambda what: _refuse(str(path), f"{what}.", cure), MAXIMUM_BYTES)
     return model_from_text(text, str(path))
-
-
-def load_model(path: str | os.PathLike[str]) -> HysteresisModel:
-    """Read a file of a hysteresis model with operators: what has `interval`, `with_state` and `inverse_gain`.
-
-    Raises
-    ------
-    ModelFileError
-        As `load`, and if the file holds a model of another kind, which `load` reads.
-
-    Examples
-    --------
-    >>> import tempfile, pathlib
-    >>> from dehyst.models import PrandtlIshlinskii
-    >>> path = pathlib.Path(tempfile.mkdtemp()) / "m.json"
-    >>> _ = PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0]).save(path)
-    >>> load_model(path).weights.tolist()
-    [1.0, 1.0]
-    """
-    model = load(path)
-    if model.file_kind != OWN or model.direction != "forward":
-        raise _refuse(
-            str(path),
-            f"holds a {model.family} model, which has no operators whose memory could be bounded.",
-            "Read it with dehyst.load, which reads every model, or identify another family where this is needed.",
-        )
-    return cast("HysteresisModel", model)
