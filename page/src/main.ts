@@ -59,8 +59,10 @@ function shell(core: Core): void {
     );
     panels.append(h("section", { role: "tabpanel", id: `panel-${name}`, "aria-labelledby": `tab-${name}`, hidden: true }));
   }
-  open(location.hash.slice(1));
-  addEventListener("hashchange", () => open(location.hash.slice(1)));
+  // The address of a studio holds its token or a key, which the tab of the studio takes out of it.
+  const addressed = (): void => open(/^#(studio|once)=/.test(location.hash) ? "studio" : location.hash.slice(1));
+  addressed();
+  addEventListener("hashchange", addressed);
 }
 
 void compile()
