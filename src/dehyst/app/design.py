@@ -189,6 +189,7 @@ def _print(designed: Designed, request: DesignRequest) -> None:
         )
     ]
     out.print(table(("told apart (1: for sure)", ">this plan", ">one loop"), rows))
+    out.print("good: the first four are above the noise of your sensor, as a share of its range (0.01 for 1 %)")
     if request.purpose == DRIFT:
         out.print()
         out.print(f"{CYCLES} complete cycles whose memory is known, in as many blocks alike as drift makes groups")

@@ -44,7 +44,7 @@ def argument(about: str, default: Any = MISSING, *, metavar: str | None = None) 
 
 LOG = "Log file: .csv(.gz), .mat, .npz; with extras .mcap, .bag, .mf4, .parquet."
 MODEL = "Model file written by `dehyst identify ... --save`."
-BEGIN = "Past of the actuator; by default model: as the log of the model began."
+BEGIN = "Past of the actuator; by default model: that of the identified log at its first sample."
 PASTS = "unknown|rest|rising|falling|model"
 INPUT, OUTPUT = "Input column; by default the model's.", "Output column; by default the model's."
 

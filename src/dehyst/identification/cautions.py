@@ -405,10 +405,10 @@ def _levels(data: DataSet, start: str) -> Iterator[Finding]:
         count = "a piece after a gap goes" if len(pieces) == 1 else f"{len(pieces)} pieces after gaps go"
         yield Finding(
             "unknown-level",
-            f"{count} over the whole range of the input late or never: what the actuator remembers of wider loops is "
-            f"unknown there and shifts the output by a constant. {fitted} fitted and {held_out} held-out samples count "
-            f"with one for each piece, no larger than the memory of the model can explain; a shifted zero may hide in "
-            f"it. Log without gaps, or begin each piece with a full loop.",
+            f"{count} over the whole range of the input late or never. What the actuator remembers of wider loops is "
+            f"unknown there, and shifts the output by a constant. Of {fitted} fitted and {held_out} held-out samples "
+            f"the mean error of their piece was taken off, as far as the model's memory can explain it. A zero that "
+            f"shifted may hide in that constant. Log without gaps, or begin each piece with a full loop.",
         )
 
 
@@ -433,7 +433,8 @@ def late(time: float, unit: str, percent: tuple[float, float], used: bool) -> Fi
         "The model knows it; its inverse says which input belongs to an output: give it the reference that much ahead."
         if used
         else "If the logging does it, log both by one clock and unfiltered, or move the column. If the actuator does, "
-        "--for simulate takes it into the model; a compensator makes up for it only with a reference known ahead."
+        "identify with --for simulate, which takes the dead time into the model, and then give its inverse the "
+        "reference that much ahead. Do both: the reference ahead of this model may make it worse."
     )
     return Finding(
         "output-late",

@@ -18,7 +18,8 @@ ABOUT = {
     REST: "at rest at the first sample, as if the actuator had never moved",
     RISING: "after strokes over the whole range, the last one rising to the first sample",
     FALLING: "after strokes over the whole range, the last one falling to the first sample",
-    MODEL: "as the log began that the model was identified from; wrong where the actuator comes from elsewhere",
+    MODEL: "the past is taken to be that of the identified log at its first sample; wrong where the actuator comes "
+    "from elsewhere",
 }
 
 

@@ -63,7 +63,8 @@ def _compared(fit: Fit) -> tuple[Table, ...]:
     head = ("", "direction", "output, % of range", "input, % of range", "tracking, % of range", "runs on targets")
     note = (
         "RMS on the held-out part. Input: what the inverse asks for, less what was applied. Tracking: how far the "
-        "output would be off with this inverse, predicted by the other models, an offset left out."
+        "output will be from what is wanted if this inverse drives the actuator. This is a prediction: the other "
+        "models stand for the actuator, and a constant offset does not count."
     )
     return (Table("Compared", head, rows, note),) if rows else ()
 
