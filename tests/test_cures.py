@@ -6,6 +6,7 @@ import shlex
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -15,6 +16,7 @@ from dehyst.cli import app
 from dehyst.design import design_excitation
 from dehyst.findings import Finding
 from dehyst.identification.cautions import with_reasons
+from dehyst.models import DirectInverse, ModelCard, SignalCard
 from test_identification_findings import rate_dependent
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "docs" / "generate"))
@@ -87,6 +89,21 @@ def codes_that_name_something():
                 if NAMES_SOMETHING.search(words):
                     named |= codes_in(words)
     return named
+
+
+def test_only_starts_that_the_model_takes_are_named():
+    time = np.arange(400) / 20.0
+    y = np.linspace(-0.5, 0.5, 400) + 0.05 * np.sin(time)
+    card = ModelCard(SignalCard("u", "", -2.0, 2.0), SignalCard("y", "", -1.0, 1.0))
+    direct = DirectInverse(radii=[0.1], stop_weights=[0.5], polynomial=[0.0, 1.0], card=card)
+    plays = dehyst.PrandtlIshlinskii([0.0, 0.1], [1.0, 0.5], card=card)
+    record = dehyst.Recording(input=y, output=y, time=time, input_name="u", output_name="y")
+    for model in (direct, plays):
+        said = {finding.code: finding.message for finding in dehyst.evaluate({"m": model}, record).findings}
+        starts = re.findall(r"--start (\w+)", said["start-counts"])[1:]
+        assert starts or model is direct
+        for start in starts:
+            assert not dehyst.evaluate({"m": model}, record, start=start)["m"].reason.startswith("no output")
 
 
 @pytest.mark.slow

@@ -226,7 +226,7 @@ def evaluate(
         for held, array in zip(given, check_given(name, values, records), strict=True):
             held[name] = array
     low, high = range_over([record.input for record in records])
-    part, assumed = _counting(records, low, high, check_start(start))
+    part, assumed = _counting(records, low, high, check_start(start), tuple(named.values()))
     log = _Log(records, tuple(given), part, follow_offset, start)
     entries = [_scored(name, model, log) for name, model in named.items()]
     entries.sort(key=lambda entry: rank(entry.error_percent))
@@ -249,7 +249,9 @@ def _named(models: Model | Sequence[Model] | Mapping[str, Model]) -> dict[str, M
     return found
 
 
-def _counting(records: tuple[Recording, ...], low: float, high: float, start: str) -> tuple[Part, list[Finding]]:
+def _counting(
+    records: tuple[Recording, ...], low: float, high: float, start: str, models: Sequence[Model]
+) -> tuple[Part, list[Finding]]:
     """Samples that count: those after both ends were visited, where that leaves half of the log, and not left out.
 
     Otherwise all of each first piece counts, and what a piece after a gap did before is no part of any score either.
@@ -275,15 +277,29 @@ def _counting(records: tuple[Recording, ...], low: float, high: float, start: st
     part = Part(tuple(spans), tuple(weights))
     if not assumed:
         return part, []
+    others = [
+        f"--start {other}"
+        for other in PASTS
+        if other != start and all(_takes(model, other, float(records[0].input[0])) for model in models)
+    ]
+    cure = f"If you know it, name it: {' or '.join(others)}. Otherwise log" if others else "Log"
     return part, [
         Finding(
             "start-counts",
             f"the log goes over the whole range of its input, {low:.4g} to {high:.4g}, late or never: all of it "
-            f"counts, and what a model errs by may be the past, which was taken to be as --start {start} says. If you "
-            f"know it, name it: {' or '.join(f'--start {other}' for other in PASTS if other != start)}. Otherwise log "
+            f"counts, and what a model errs by may be the past, which was taken to be as --start {start} says. {cure} "
             f"a stroke over the whole range first.",
         )
     ]
+
+
+def _takes(model: Model, start: str, first: float) -> bool:
+    """Whether a model can begin with a past: not every model has all of them."""
+    try:
+        begun(model, start, first)
+    except DehystError:
+        return False
+    return True
 
 
 def _about(records: tuple[Recording, ...]) -> list[Finding]:
