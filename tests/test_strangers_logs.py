@@ -184,6 +184,30 @@ MENDED = {
         "pos",
     ),
     "names are units": Log("u.csv", "s,bar,deg\n", tight, 0.01, "bar", "deg", ("bar", "deg")),
+    "one number a stamp": Log(
+        "n.csv", "Time;U [V];s [mm]\n", lambda k, t, x, y: f"{at(t, '%Y%m%d%H%M%S')};{x:.4f};{y:.4f}\n", 1.0, "U [V]",
+        "s [mm]", ("V", "mm"),
+    ),
+    "header again": Log(
+        "h.csv", "Time (s),Disp (mm),Force (N)\n",
+        lambda k, t, x, y: ("Time (s),Disp (mm),Force (N)\n" if k == 200 else "") + tight(k, t, x, y), 0.01,
+        "Disp (mm)", "Force (N)", ("mm", "N"),
+    ),
+    "another table below": Log(
+        "a.csv", "Time (s),Disp (mm),Force (N)\n", tight, 0.01, "Disp (mm)", "Force (N)", ("mm", "N"),
+        foot="\nTime (s),Temp (C),Hum (%)\n" + "".join(f"{k / 100},{20 + k % 3},{40 + k % 7}\n" for k in COUNT),
+        says=("second-table",),
+    ),
+    "columns in another order": Log(
+        "a.csv", "Time (s),Disp (mm),Force (N)\n", tight, 0.01, "Disp (mm)", "Force (N)", ("mm", "N"),
+        foot="Time (s),Force (N),Disp (mm)\n" + "".join(f"{3 + k / 100},{k % 3},{k % 7}\n" for k in COUNT),
+        says=("second-table",),
+    ),
+    "overload of a meter": Log(
+        "o.csv", "Time (s),Disp (mm),Force (N)\n",
+        lambda k, t, x, y: f"{t:.3f},{x:.4f},{'9.9E+37' if k % 20 == 7 else f'{y:.4f}'}\n", 0.01, "Disp (mm)",
+        "Force (N)", ("mm", "N"), says=("non-finite",), missing=15,
+    ),
     "piezo recorder": Log(
         "p.txt", PI_RECORDER, lambda k, t, x, y: f"{x:.4e}\t{y:.4e}\n", None, "column_1", "column_2",
     ),
@@ -321,6 +345,9 @@ def test_a_log_of_an_instrument_gives_its_columns_units_and_time_without_an_alar
         ("1 days 00:00:01.500000", 86401.5),
         ("1 day, 0:00:01", 86401.0),
         ("-1 days +23:59:59", -1.0),
+        ("2024-03-05 10:00:00:250", 1709632800.25),
+        ("05.03.2024 10:00:00:250", 1709632800.25),
+        ("25/03/2024 10:00:00 p. m.", 1711404000.0),
     ],
 )
 def test_stamps_with_named_months_and_durations_are_read(cell, seconds):
@@ -355,6 +382,14 @@ def test_signals_below_one_another_in_one_column_are_said(tmp_path):
     said = [finding.message for finding in summary.findings if finding.code == "long-table"]
     assert len(said) == 1
     assert "valve, flow" in said[0]
+
+
+def test_stamps_that_are_not_understood_are_named_where_time_is_missed(tmp_path):
+    rows = "".join(f"Tue 5th {k};{DRIVE[k]};{FOLLOW[k]}\n" for k in COUNT)
+    (tmp_path / "t.csv").write_text("Time;U [V];s [mm]\n" + rows)
+    record = dehyst.read_log(tmp_path / "t.csv", "U [V]", "s [mm]")
+    (said,) = [finding.message for finding in record.findings if finding.code == "no-time"]
+    assert "'Tue 5th 0', are not understood" in said
 
 
 def test_the_number_of_the_run_is_no_condition_of_it(tmp_path):

@@ -115,6 +115,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "panels write them, whose values then stand below one another in one column.",
             "Write a column for each signal, as the message shows; for other texts there is nothing to do.",
         ),
+        "second-table": (
+            "Below the table a header with other names, or the same in another order, begins another one. Only the "
+            "first table was read.",
+            "Save the other table as a file of its own.",
+        ),
         "comma-twice": (
             "Commas part cells and mark decimals (`0,0,1,1486`): the number of names, or blanks after the commas that "
             "part cells, showed which does what. Where nothing shows it, the log is refused.",

@@ -31,10 +31,10 @@ _THOUSANDS_COMMA = re.compile(r"[+-]?\d{1,3}(?:,\d{3})+\.\d*", re.ASCII)
 _THOUSANDS_BLANK = re.compile(r"[+-]?\d{1,3}(?:[\u00a0\u202f\u2009'\u2019]\d{3})+(?:[.,]\d*)?", re.ASCII)
 HOLDS_TEXT = "holds text in"  # by which who reads line by line knows a refusal that does not concern it
 _INFINITE = frozenset(["inf", "+inf", "-inf", "infinity", "+infinity", "-infinity", "1.#inf", "-1.#inf"])
-_DATE_TIME = re.compile(r"\d{4}-\d\d-\d\d([T ]\d\d:\d\d(:\d\d([.,]\d+)?)?)?( ?(Z|UTC|[+-]\d\d:?\d\d))?", re.ASCII)
+_DATE_TIME = re.compile(r"\d{4}-\d\d-\d\d([T ]\d\d:\d\d(:\d\d([.,:]\d+)?)?)?( ?(Z|UTC|[+-]\d\d:?\d\d))?", re.ASCII)
 # 2024/03/05, 05.03.2024 or 3/5/24 before a time of day; a date by itself with the year first, or with points and a
 # whole year.
-_TIME_OF_DAY = r"[T ] *(\d{1,2}:\d\d(?::\d\d(?:[.,]\d+)?)?) *([AP]M)?"
+_TIME_OF_DAY = r"[T ] *(\d{1,2}:\d\d(?::\d\d(?:[.,:]\d+)?)?) *([AP]\.? ?M\.?)?"
 _YEAR_FIRST = re.compile(rf"(\d{{4}})[/.](\d{{1,2}})[/.](\d{{1,2}}){_TIME_OF_DAY}", re.ASCII | re.IGNORECASE)
 _YEAR_LAST = re.compile(rf"(\d{{1,2}})([/.-])(\d{{1,2}})\2(\d{{4}}|\d\d){_TIME_OF_DAY}", re.ASCII | re.IGNORECASE)
 _MONTHS = "jan feb mar apr may jun jul aug sep oct nov dec".split()  # noqa: SIM905
@@ -46,6 +46,7 @@ _MONTH_AND_DAY = re.compile(rf"{_MONTH}[. -]+(\d{{1,2}})[ ,-]+(\d{{4}}){_TIME_OF
 _SLASHED_DATE = re.compile(r"(\d{4})[/.](\d{1,2})[/.](\d{1,2})", re.ASCII)
 _POINTED_DATE = re.compile(r"\d{1,2}\.\d{1,2}\.\d{4}", re.ASCII)
 _CLOCK = re.compile(r"\d{1,2}:\d\d:\d\d([.,]\d+)?", re.ASCII)
+_COLON_SHARE = re.compile(r"(:\d\d:\d\d):(\d+)", re.ASCII)  # 10:11:12:345 with milliseconds
 _MINUTES = re.compile(r"(\d{1,3}):([0-5]\d[.,]\d+)", re.ASCII)  # mm:ss.0, as a spreadsheet shows short times
 _DURATION = re.compile(r"(-?\d+) days?,? \+?(\d{1,2}):(\d\d):(\d\d(?:[.,]\d+)?)", re.ASCII)  # as pandas writes them
 # What a spreadsheet runs: signs of formulas, also the wide ones; an apostrophe before them says that they are text.
@@ -185,7 +186,7 @@ def date_order(cells: Sequence[str]) -> tuple[str, bool]:
     dates = {match.group(1, 2, 3, 6) for match in map(_YEAR_LAST.fullmatch, map(str.strip, cells)) if match}
     if not dates or any(mark == "." for _, mark, _, _ in dates):
         return "day", False
-    if any(half for _, _, _, half in dates):
+    if any(half and "." not in half for _, _, _, half in dates):  # a. m. is Spanish
         return "month", False
     first, second = (max(int(date[k]) for date in dates) for k in (0, 2))
     if first > 12 or second > 12:
@@ -232,7 +233,7 @@ def _iso(text: str, order: str) -> str:
         return text
     hour, _, rest = clock.partition(":")
     if half:
-        hour = str(int(hour) % 12 + (12 if half.upper() == "PM" else 0))
+        hour = str(int(hour) % 12 + (12 if half[0] in "Pp" else 0))
     return f"{year if len(year) == 4 else '20' + year}-{month:0>2}-{day:0>2}T{hour:0>2}:{rest}"
 
 
@@ -242,7 +243,9 @@ def _seconds(cell: str, order: str) -> float:
     if lasting := _DURATION.fullmatch(cell.strip()):
         days, hours, minutes = (int(lasting[k]) for k in (1, 2, 3))
         return 86400.0 * days + 3600.0 * hours + 60.0 * minutes + float(lasting[4].replace(",", "."))
-    text = _iso(cell.strip(), order).replace(",", ".").replace("UTC", "Z").replace(" Z", "Z")
+    text = (
+        _COLON_SHARE.sub(r"\1.\2", _iso(cell.strip(), order)).replace(",", ".").replace("UTC", "Z").replace(" Z", "Z")
+    )
     if _CLOCK.fullmatch(text):
         text = f"1970-01-01T{text.zfill(len(text) + (text.index(':') == 1))}"
     try:

@@ -247,6 +247,21 @@ def _is_round(step: float) -> bool:
     return bool(abs(digits - round(digits)) <= 1e-4 * digits)
 
 
+def no_clock(table: Table) -> str:
+    """Say that a log has no time column, or one whose stamps are not understood."""
+    texts = [name for name, cells in table.labels.items() if TIME_WORDS & set(words(name)) and cells.size]
+    if texts:
+        return (
+            f"stamps in column '{texts[0]}' of {table.name}, such as {str(table.labels[texts[0]][0])!r}, are not "
+            f"understood: gaps, rate dependence and drift cannot be seen. Write them as 2024-05-01 12:00:00.5, or say "
+            f"how many seconds lie between two rows, such as --dt 0.01."
+        )
+    return (
+        f"{table.name} has no time column: gaps, rate dependence and drift cannot be seen. Log one, name it with "
+        f"--time, or say how many seconds lie between two rows, such as --dt 0.01."
+    )
+
+
 def require_unit(table: Table, name: str) -> None:
     """Refuse a time column in a unit that is none of time, of dates alone, or whose numbers may be days and seconds."""
     if _many_a_day(table, name):

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from dehyst.arrays import Array
 from dehyst.findings import Finding
 from dehyst.io.cells import MISSING, date_order, parse_date_times
-from dehyst.io.table import Table, measured
+from dehyst.io.table import Table, finite, measured
 from dehyst.io.time_units import DAY, seconds_of, unit_in_name
 from dehyst.units import words
 
@@ -35,6 +35,7 @@ def join_dates(table: Table) -> Table:
 
     Both keep their names, and either may be named as the clock.
     """
+    table = _with_long_numbers(table)
     columns, findings = dict(table.columns), list(table.findings)
     dates, clocks, halves = _dates_and_clocks(table)
     stamps = set(table.stamps)
@@ -60,6 +61,28 @@ def join_dates(table: Table) -> Table:
         labels={name: cells for name, cells in table.labels.items() if name not in columns},
         stamps=frozenset(stamps),
         findings=tuple(findings),
+    )
+
+
+def _with_long_numbers(table: Table) -> Table:
+    """Table in which stamps that are written as one number, 20240305195959, are stamps."""
+    columns = dict(table.columns)
+    for name, values in table.columns.items():
+        if name in table.stamps or not (DATE_WORDS | CLOCK_WORDS | {"timestamp", "datetime"}) & set(words(name)):
+            continue
+        values = np.where(finite(values), values, np.nan)
+        days, of_day = np.floor(values / 1e6), np.fmod(values, 1e6)
+        midnights = _of_digits(days)
+        if midnights is not None and np.all((of_day // 100 % 100 < 60) & (of_day % 100 < 60)):
+            columns[name] = midnights + of_day // 1e4 * 3600.0 + of_day // 100 % 100 * 60.0 + of_day % 100
+    changed = {name for name in columns if columns[name] is not table.columns[name]}
+    if not changed:
+        return table
+    return replace(
+        table,
+        columns=columns,
+        units={**table.units, **dict.fromkeys(changed, "s")},
+        stamps=table.stamps | changed,
     )
 
 

@@ -68,6 +68,7 @@ def read_delimited(data: bytes, name: str) -> Table:
     layout = layout if text.complete else find_layout(lines, name)
     body, rows = _body(lines, layout.first)
     cells, rows = _split(body, rows, layout, name, findings)
+    cells, rows = _without_headers(cells, rows, layout, name, findings)
     content = _careful(cells, rows, layout, name, findings)
     return _assemble(name, layout, rows, content, findings)
 
@@ -155,6 +156,36 @@ def _split(
             rows=ragged,
         )
     return list(compress(cells, keep)), rows[keep]
+
+
+def _without_headers(
+    cells: list[list[str]], rows: Rows, layout: Layout, log: str, findings: list[Finding]
+) -> tuple[list[list[str]], Rows]:
+    """Cells without the header where it comes again; up to where one with other names begins another table."""
+    names = frozenset(filter(None, layout.names or ()))
+    keep = np.ones(len(cells), dtype=bool)
+    for k, row in enumerate(cells):
+        if not _names_again(row, names):
+            continue
+        again = {cell.strip() for cell in row if cell.strip()}
+        keep[k] = False
+        if again != names or [cell.strip() for cell in row] != list(layout.names or ()):
+            keep[k:] = False
+            findings.append(
+                Finding(
+                    "second-table",
+                    f"another table begins in {list_rows(rows[[k]])} of {log}, with the names "
+                    f"{list_names([cell.strip() for cell in row], 6)}: it and the {len(cells) - k - 1} rows from "
+                    f"there on were left out. To read them, save them as a file of their own.",
+                )
+            )
+            break
+    return list(compress(cells, keep)), rows[keep]
+
+
+def _names_again(row: Sequence[str], names: frozenset[str]) -> bool:
+    """Whether a row of a table holds names, one of its header among them, and no number."""
+    return not names.isdisjoint(map(str.strip, row)) and not any(map(is_data, row))
 
 
 def _ragged(layout: Layout, lines: str, count: int) -> Finding:
@@ -416,6 +447,8 @@ class TextChunks(Source):
     def _with_odd_line(self, raw: bytes, line: int, index: Sequence[int], part: Part) -> tuple[list[Column], Rows]:
         """Columns with the cells of one more line, NaN where they hold no number; without it if its width is wrong."""
         cells = self._cells(raw.decode(errors="replace").strip("\r\n"))
+        if _names_again(cells, frozenset(filter(None, self._layout.names or ()))):
+            raise self._refusal(line, "a header comes again")
         columns = [part.columns[j] for j in index]
         if len(cells) != self._layout.width:
             self._ragged += 1

@@ -16,7 +16,16 @@ from dehyst.errors import ColumnError, DehystError, RecordingError, TimeError
 from dehyst.findings import Finding
 from dehyst.io.checks import check_pair
 from dehyst.io.clean import Context, Samples, drop_outliers, drop_unmeasured, find_gaps, hold_unmeasured
-from dehyst.io.clocks import choose_clock, clock_names, newest_first, require_unit, same_clock, seconds, unit_finding
+from dehyst.io.clocks import (
+    choose_clock,
+    clock_names,
+    newest_first,
+    no_clock,
+    require_unit,
+    same_clock,
+    seconds,
+    unit_finding,
+)
 from dehyst.io.columns import find_column, select_run
 from dehyst.io.order import Jumps, order_time
 from dehyst.io.table import Table, finite
@@ -71,11 +80,7 @@ def _on_one_clock(
     if x_size == y_size and (first == second or (first and second and same_clock(table, first, second))):
         samples = samples_of(table, about.columns, first, mask, about)
         if first is None:
-            about.say(
-                "no-time",
-                f"{table.name} has no time column: gaps, rate dependence and drift cannot be seen. Log one, name "
-                f"it with --time, or say how many seconds lie between two rows, such as --dt 0.01.",
-            )
+            about.say("no-time", no_clock(table))
         elif time is None:
             _warn_other_clocks(table, first, x_size, about)
         if first is None or not logged_in_turns(*samples.values):

@@ -14,8 +14,8 @@ from dehyst.findings import Finding
 from dehyst.shell import visible
 from dehyst.units import parse_unit, stray_suffixes
 
-# No sensor reads this much; beyond it squares overflow and every later number is lost.
-LARGEST = 1e100
+# No sensor reads this much: meters write 9.9e37 and 3.4e38 for an overload, and squares of more would overflow.
+LARGEST = 9e36
 SHOWN = 4  # rows that a message names
 FRAME = "data frame"  # name of a table that was in memory
 
