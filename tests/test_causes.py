@@ -6,6 +6,7 @@ import pytest
 import dehyst
 from dehyst.identification import facts
 from dehyst.identification.conditions import conditions, steeper, wider
+from dehyst.identification.residual import residual_structure
 from peculiar_logs import KINDS, STEP, false_causes, friction, logs, named, plays, sine, strokes
 
 # Kinds whose logs are small, or that named a wrong cause, one seed each: the others are run where time does not count.
@@ -78,6 +79,29 @@ def test_of_an_output_that_does_not_follow_its_input_no_cause_is_named():
     assert not [words for _, words in named(fit) if words != "output-unrelated"]
     (suggestion,) = fit.residual.suggestions
     assert "does not follow this input" in suggestion
+
+
+def test_a_loop_that_is_wide_is_not_denied_where_the_curve_is_the_answer():
+    """One loop: parts left out of it are covered by no other part."""
+    x = np.concatenate([np.linspace(0.0, 1.0, 200), np.linspace(1.0, 0.0, 200)])
+    rising = np.arange(x.size) < 200
+    y = np.tanh(12.0 * (x - np.where(rising, 0.65, 0.35)))
+    fit = dehyst.identify(dehyst.Recording(input=x, output=y), train_fraction=1)
+    if fit.family == "static":
+        words = " ".join([fit.verdict, *(finding.message for finding in fit.warnings)])
+        assert fit.facts.has_loop and "hysteresis was not found" not in words and "loop is there" in words
+
+
+def test_a_log_that_can_tell_rate_and_creep_is_not_asked_for_rests_and_speeds():
+    t = np.arange(0.0, 60.0, 0.02)
+    x = np.sin(t) * (1.0 + 0.5 * np.sin(0.21 * t))
+    left = np.where(np.gradient(x) > 0.0, 0.1, -0.1) * np.exp(-np.mod(t, np.pi))
+    for excluded, asked in (((), True), (("time-since-turn", "rate"), False)):
+        structure = residual_structure(
+            [record(x, x + left, "log")], [x], [t >= 0.0], float(np.ptp(x)), excluded=excluded
+        )
+        assert structure.suggestions
+        assert any("rests" in words for words in structure.suggestions) is asked
 
 
 def test_a_part_without_turns_is_not_said_to_be_worse_held_out():

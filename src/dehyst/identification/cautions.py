@@ -452,21 +452,34 @@ def plays_only(cause: str, cure: str) -> Finding:
     )
 
 
-def no_hysteresis(candidates: tuple[Candidate, ...], span: tuple[float, float], codes: Collection[str] = ()) -> Finding:
+def no_hysteresis(
+    candidates: tuple[Candidate, ...], span: tuple[float, float], codes: Collection[str], loop: LoopFacts
+) -> Finding:
     """What to say where a curve is the answer, on a log whose input has the range `span`.
 
     `codes` are those of the other findings, one of which may be why.
     """
-    line = command("design", range=(f"{span[0]:.3g}", f"{span[1]:.3g}"))
-    hidden = hidden_by(codes)
-    why = (
-        f"a loop may be hidden by what the warning {hidden} says, so the model is the curve for now. Mend that first"
-        if hidden
-        else "hysteresis was not found at this scale, or does not repeat, so the model is the curve. If the loop in "
-        f"the report is open, log more of it, warmed up and under one load (`{line}` plans the motion)"
-    )
     curve = next(each for each in candidates if each.family == STATIC)
     best = min((each for each in candidates if each.family != STATIC), key=lambda each: each.error_percent)
+    line = command("design", range=(f"{span[0]:.3g}", f"{span[1]:.3g}"))
+    hidden = hidden_by(codes)
+    log_more = f"log more of it, warmed up and under one load (`{line}` plans the motion)"
+    if hidden:
+        why = (
+            f"a loop may be hidden by what the warning {hidden} says, so the model is the curve for now. Mend that "
+            f"first"
+        )
+    elif loop.has_loop:
+        why = (
+            f"a loop is there, {loop.width_percent:.0f} % of range wide, but no model foretells the parts of it that "
+            f"were left out, so the model is the curve: too little of the loop repeats, or it is of another kind. "
+            f"{log_more[0].upper()}{log_more[1:]}, see what other families do (dehyst compare)"
+        )
+    else:
+        why = (
+            "hysteresis was not found at this scale, or does not repeat, so the model is the curve. If the loop in "
+            f"the report is open, {log_more}"
+        )
     return Finding(
         "no-hysteresis",
         f"on loops held out within the fitted part a curve without memory misses by {curve.error_percent:.2f} % of "

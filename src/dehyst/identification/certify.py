@@ -72,6 +72,8 @@ def _examine(
     """What the data shows and every finding a user should know, those of reading the log first."""
     change, doubt = measured.drift
     loops, turns = seen.counts
+    if settings.get("family") == "auto":  # which has tried what leads
+        knows = replace(knows, leads=True)
     loop_facts = LoopFacts(
         orientation=seen.loop.name,
         trend=data.trend,
@@ -105,6 +107,7 @@ def verdict_of(
     findings: tuple[Finding, ...],
     tested: str,
     no_inverse: str = "",
+    has_loop: bool = False,
 ) -> str:
     """The judgement in one line; `name` is the family and its size, `tested` says what was held out, if anything was.
 
@@ -142,7 +145,11 @@ def verdict_of(
     gives = f"gives the applied input back to {of_range(inverse)} its range"
     if name == STATIC:
         hidden = hidden_by(codes)
-        why = f"a loop may be hidden ({hidden})" if hidden else "hysteresis was not found, or does not repeat"
+        why = "hysteresis was not found, or does not repeat"
+        if hidden:
+            why = f"a loop may be hidden ({hidden})"
+        elif has_loop:
+            why = "there is a loop, but no model with memory did better on parts left out"
         return (
             f"static, a curve without memory: {errs} {where}; its inverse {gives}"
             + (f"; {why}" if "no-hysteresis" in codes else "")
@@ -252,9 +259,9 @@ def fit_of(
     loop_facts, findings = _examine(data, seen, measured, certificate, knows, settings)
     if family == STATIC and candidates:
         span = range_over([record.input for record in measured.recordings])
-        more = (*more, no_hysteresis(candidates, span, [finding.code for finding in findings]))
+        more = (*more, no_hysteresis(candidates, span, [finding.code for finding in findings], loop_facts))
     findings = with_reasons((*findings, *more))
-    verdict = verdict_of(name, measured, findings, tested_on(settings), no_inverse)
+    verdict = verdict_of(name, measured, findings, tested_on(settings), no_inverse, loop_facts.has_loop)
     card = _card(measured, settings, family, certificate.initial_state, verdict)
     own: ModelCard = model.card  # of a model that names its ranges, they are part of it
     return Fit(

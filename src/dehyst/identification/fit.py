@@ -250,6 +250,11 @@ class LoopFacts:
     evidence: tuple[Evidence, ...] = ()
 
     @property
+    def has_loop(self) -> bool:
+        """Whether the branches of the loop are further apart than noise."""
+        return self.orientation != "none"
+
+    @property
     def loop_words(self) -> str:
         """The loop in a few words."""
         wide = f"{self.width_percent:.2g} %"
@@ -495,6 +500,7 @@ class Fit(Plotted):
             part="held-out" if self.test else "fitted",
             knows_time=self.model.rate_dependent,
             confirmed=self._confirmed,
+            excluded=self._excluded,
         )
         if any(finding.code == "output-unrelated" for finding in self.warnings):
             return replace(structure, suggestions=(UNRELATED_INPUT,))
@@ -507,6 +513,12 @@ class Fit(Plotted):
         shown = {names[found.group] for found in self.facts.evidence if found.there and found.told}
         late = any(finding.code in ("output-late", "output-early") for finding in self.warnings)
         return shown | {"delay"} if late else shown
+
+    @property
+    def _excluded(self) -> set[str]:
+        """Causes of a residual for which the log could tell, and its test did not show them."""
+        names = {RATE: "rate", CREEP: "time-since-turn"}
+        return {names[one.group] for one in self.facts.evidence if one.told and not one.there}
 
     def refit(
         self,

@@ -199,6 +199,7 @@ def residual_structure(
     part: str = "held-out",
     knows_time: bool = False,
     confirmed: Collection[str] = (),
+    excluded: Collection[str] = (),
 ) -> Residual:
     r"""Say what the residual e = y - f of a model follows.
 
@@ -230,6 +231,8 @@ def residual_structure(
     confirmed
         Those of `CAUSES` that a test of their own has shown to be there. Of the others is said what was seen: what
         follows the time since a turn is creep, or a loop that the model lacks where all strokes take one time.
+    excluded
+        Those that a test of their own would have shown, and did not: a log that can tell is not asked for more of it.
 
     Examples
     --------
@@ -264,7 +267,7 @@ def residual_structure(
         delay=table.delay,
         peak=_peak(spans),
     )
-    return replace(found, suggestions=tuple(_suggestions(found, knows_time, confirmed)))
+    return replace(found, suggestions=tuple(_suggestions(found, knows_time, confirmed, excluded)))
 
 
 def spectral_peak(recordings: Sequence[Recording], predictions: Sequence[Array], masks: Sequence[Mask]) -> Peak | None:
@@ -523,19 +526,23 @@ def _spectrum(segments: Array, cycles: Rows) -> Array:
     return np.asarray(np.mean((level @ np.cos(angle)) ** 2 + (level @ np.sin(angle)) ** 2, axis=0))
 
 
-def _suggestions(found: Residual, knows_time: bool, confirmed: Collection[str]) -> Iterator[str]:
+def _suggestions(
+    found: Residual, knows_time: bool, confirmed: Collection[str], excluded: Collection[str]
+) -> Iterator[str]:
     """Plain words: the number, and what to log or to try next; the largest cause first."""
     order = sorted(found.causes, key=lambda cause: -round(cause.share, 2))
     said = [cause for cause in order if cause.share >= WORTH and (cause is order[0] or cause.own >= OWN)]
     for cause in said:
         what = f"{100.0 * cause.share:.0f} % of the model's squared error {cause.words}"
-        yield f"{what}, {cause.size_percent:.2g} % of range rms. {_cure(cause, found, knows_time, confirmed)}"
+        yield f"{what}, {cause.size_percent:.2g} % of range rms. {_cure(cause, found, knows_time, confirmed, excluded)}"
     rivals = [cause for cause in order[1:] if said and cause.own < OWN and cause.share >= RIVAL * order[0].share]
-    if rivals:
+    if rivals and not excluded:
         yield (
             f"Nearly as much of the same may come from {' and '.join(TITLES[cause.name] for cause in rivals)}: log "
             f"several speeds, sizes of loop, and rests, which tell them apart (dehyst design plans such a motion)."
         )
+    elif rivals:
+        yield f"Nearly as much of the same may come from {' and '.join(TITLES[cause.name] for cause in rivals)}."
     if found.peak is not None:
         yield (
             f"{found.peak.words(found.timed)}, where the input hardly moves: a resonance that the motion rings, or a "
@@ -562,8 +569,15 @@ ALIKE = (
     "tell them apart (dehyst design plans them), or see whether another family does better (dehyst compare)."
 )
 
+OTHER_LOOP = (
+    "The tests of this log for rate and creep do not show that one of them is why, so it is rather a loop that the "
+    "model does not show: see whether another family does better (dehyst compare)."
+)
 
-def _cure(cause: Cause, found: Residual, knows_time: bool, confirmed: Collection[str]) -> str:
+
+def _cure(
+    cause: Cause, found: Residual, knows_time: bool, confirmed: Collection[str], excluded: Collection[str]
+) -> str:
     held = found.part == "held-out"
     where = "the samples held out" if held else "the samples"
     fitted = "Let loops {} be part of what is fitted (--train-fraction), or see" if held else "See"
@@ -572,6 +586,8 @@ def _cure(cause: Cause, found: Residual, knows_time: bool, confirmed: Collection
     creep = more if knows_time else "It creeps: take a model that knows creep (--family mixed-sum or creep-pi)."
     rate = more if knows_time else "Take a model that knows the rate (--family mixed-sum), or identify at that of use."
     alike = ALIKE if found.timed else f"{ALIKE} Without time stamps none of that can be told."
+    if cause.name in excluded:
+        alike = OTHER_LOOP
     limit = min(50, max(1, math.ceil(2 * cause.size_percent))) / 100
     follow = command("export", "MODEL.json", target="c", out="DIR", follow_offset=f"{limit:g}")
     cures = {

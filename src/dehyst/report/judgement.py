@@ -286,11 +286,11 @@ def in_words(fit: Fit, found: tuple[Light, ...]) -> tuple[str, ...]:
     times = improvement(fit)
     if not fit.certificate.operators:
         hidden = hidden_by(codes(fit))
-        why = (
-            f"a loop may be hidden by what the warning {hidden} says"
-            if hidden
-            else "hysteresis was not found on loops held out, or does not repeat"
-        )
+        why = "hysteresis was not found on loops held out, or does not repeat"
+        if hidden:
+            why = f"a loop may be hidden by what the warning {hidden} says"
+        elif fit.facts.has_loop:
+            why = "there is a loop, but no model with memory did better on parts of it that were left out"
         says.append(f"It is a curve without memory: {why}.")
     elif grades["Against a curve"] is Grade.BAD:
         says.append("A simple curve without hysteresis does as well: use that, or look for what else moves the output.")
