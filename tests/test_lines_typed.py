@@ -89,6 +89,7 @@ def write_loop(path, x_name="x", y_name="y", time=False):
     path.write_text(f"{head}\n{rows}\n", encoding="utf-8")
 
 
+@pytest.mark.slow
 @given(WORDS, WORDS, WORDS)
 def test_any_word_arrives_at_its_option_or_argument(file, driving, answering):
     line = command("identify", file, input=driving, output=answering, run=[driving, answering], overwrite=True)

@@ -20,6 +20,7 @@ pytest.importorskip("httpx2", reason="httpx2 stands in for a browser: pip instal
 
 from starlette.testclient import TestClient
 
+from dehyst.app.command import Command
 from dehyst.app.studio._server import Studio, application
 from dehyst.app.studio.commands import COMMANDS, READ, SIGNALS, WRITTEN, words_of
 from dehyst.app.studio.guard import Guard
@@ -75,7 +76,7 @@ def _sure(command):
 def _signals():
     """The command that the process of the studio adds."""
     before = [*app.registered_commands]
-    add("studio.signals:print_signals", COMMANDS[SIGNALS])
+    add(Command("dehyst.app.studio.signals:print_signals", COMMANDS[SIGNALS]))
     yield
     app.registered_commands[:] = before
 

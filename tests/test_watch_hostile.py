@@ -136,7 +136,8 @@ def shaken(count, rng):
         yield None
 
 
-@pytest.mark.parametrize("count", [300, pytest.param(10_000, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [300, 10_000])
 def test_messages(count):
     rng, watch, messages, reports = np.random.default_rng(1), Watch(MODEL), Messages(NAMES), []
     skipped, now, hostile = 0, 0.0, 0
@@ -195,6 +196,7 @@ def test_changes(count):
     assert judged(reports, begin.timestamp() + samples(max(1800, count // 3))[-1, 0] / 2)
 
 
+@pytest.mark.slow
 def test_memory_stays_flat_however_long_a_line_or_how_many_the_messages(tmp_path):
     log = tmp_path / "log.csv"
     begin = "time_s,pressure_bar,angle_deg\n" + "".join(f"{k},{k % 3},{k % 5}\n" for k in range(20))

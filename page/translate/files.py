@@ -48,6 +48,15 @@ def script() -> str:
     files = {f"dehyst/core_sources/{name}": ROOT / "core" / name for name in (*needed, "misra.json")}
     files |= {f"dehyst/export/{name}": export / name for name in ("instructions.json", "templates/LICENSE")}
     texts = {name: path.read_text(encoding="utf-8") for name, path in files.items() if path.name != "dehyst_config.h"}
+    counted = json.loads(texts["dehyst/export/instructions.json"])
+    for target in counted["targets"].values():
+        for kind in target.keys() - {"title", "compiler", "block"}:  # a page exports no other kind of unit
+            del target[kind]
+    texts["dehyst/export/instructions.json"] = json.dumps(counted)
+    rules = json.loads(texts["dehyst/core_sources/misra.json"])
+    texts["dehyst/core_sources/misra.json"] = json.dumps(
+        {rule: entry for rule, entry in rules.items() if entry["files"].keys() & set(needed)}
+    )
     return (
         'import { carried } from "../runtime/native.js";\nimport { nd } from "../runtime/python.js";\n'
         f"for (const [name, text] of Object.entries({json.dumps(texts)})) carried.set(name, text);\n"

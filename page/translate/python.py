@@ -319,11 +319,11 @@ class Writer:
         for arg, default in zip(args.kwonlyargs, args.kw_defaults, strict=True):
             listed.append(name_of(arg.arg) + (f" = {self.e(default)}" if default is not None else ""))
             names.append(arg.arg)
-        rest = "false"
+        rest = ""
         if args.kwarg:
             listed.append(f"{name_of(args.kwarg.arg)} = $.dict()")
-            rest = "true"
-        return ", ".join(listed), head, f"{{p: {json.dumps(names)}, ks: {rest}}}"
+            rest = ", ks: true"
+        return ", ".join(listed), head, f"{{p: {json.dumps(names)}{rest}}}"
 
     def function(self, node: ast.FunctionDef, method: str = "") -> str:
         """`method`: "" for a function, "self" if the first parameter is what it belongs to, "cls" for its class."""
