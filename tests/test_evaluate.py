@@ -1,6 +1,7 @@
 """dehyst evaluate: saved models of any family on a log that they were not identified from."""
 
 import dataclasses
+import io
 import itertools
 import json
 import re
@@ -295,3 +296,16 @@ def test_the_log_of_a_fit_is_scored_as_the_fit_scored_it(start):
     fit = dehyst.identify(record, "pi", initial_state=start, train_fraction=1.0)
     entry = dehyst.evaluate(fit.model, record)["pi"]
     assert entry.output.rmse_percent < 2.0 * fit.train.rmse_percent + 0.05
+
+
+def test_no_number_of_the_table_is_cut_for_a_long_family():
+    from rich.console import Console
+
+    from dehyst.app.evaluate import _heads
+    from dehyst.app.terminal import table
+
+    row = ("wire_design.json", "inverse-stop-rate", "9.75", "-3.6", "14.4", "-1.2", "0.125")
+    console = Console(width=80, record=True, file=io.StringIO())
+    console.print(table(_heads(len(row[0])), [row]))
+    shown = console.export_text()
+    assert all(number in shown for number in row[2:]) and row[0] in shown and "clipped %" in shown

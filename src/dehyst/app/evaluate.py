@@ -69,21 +69,22 @@ def _read(request: EvaluateRequest, models: Sequence[Model]) -> list[Read]:
         ) from None
 
 
-def _print(found: Evaluation, request: EvaluateRequest) -> None:
-    out = terminal()
-    out.print(f"run {found.run}: {found.why}" if found.run else found.why, style="bold", soft_wrap=True)
-    out.print()
+def _heads(longest: int) -> tuple[Column, ...]:
+    """Columns of the table, for names of models of up to so many letters: where room lacks, families are wrapped."""
     numbers = [
         Column(head, justify="right", no_wrap=True, overflow="fold")
         for head in ("output %", "bias %", "input %", "bias %", "clipped %")
     ]
     # A name that was cut could not be typed again.
-    longest = max(len(entry.name) for entry in found.entries)
-    heads = (
-        Column("model", overflow="fold", min_width=min(longest, LONGEST_NAME)),
-        Column("family", no_wrap=True, overflow="fold"),
-        *numbers,
-    )
+    model = Column("model", overflow="fold", min_width=min(longest, LONGEST_NAME))
+    return model, Column("family", overflow="fold"), *numbers
+
+
+def _print(found: Evaluation, request: EvaluateRequest) -> None:
+    out = terminal()
+    out.print(f"run {found.run}: {found.why}" if found.run else found.why, style="bold", soft_wrap=True)
+    out.print()
+    heads = _heads(max(len(entry.name) for entry in found.entries))
     best = next((k for k, entry in enumerate(found.entries) if entry.name == found.run), None)
     out.print(table(heads, map(_row, found.entries), bold=best))
     first = found.recordings[0]
