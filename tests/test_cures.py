@@ -8,11 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import dehyst
 from cures import CURES, moved
-from dehyst.cli import app
 from dehyst.design import design_excitation
 from dehyst.findings import Finding
 from dehyst.identification.cautions import with_reasons
@@ -44,31 +42,32 @@ ROWS = [
 ]
 
 
-def typed(line):
-    """Run a line; its exit status and its findings by code."""
-    outcome = CliRunner().invoke(app, shlex.split(line.removeprefix("dehyst ")))
-    return outcome, {code: " ".join(message.split()) for code, message in SAID.findall(outcome.output)}
+def typed(run, line):
+    """Run a line; its exit status, what it printed, and its findings by code."""
+    status, out, err = run(*shlex.split(line.removeprefix("dehyst ")))
+    findings = SAID.findall(out) + SAID.findall(err)
+    return status, out + err, {code: " ".join(message.split()) for code, message in findings}
 
 
 @pytest.mark.parametrize(("code", "row"), ROWS)
-def test_what_a_finding_names_is_typed_and_ends_or_changes_it(code, row, tmp_path, monkeypatch):
+def test_what_a_finding_names_is_typed_and_ends_or_changes_it(code, row, run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     row.write(tmp_path)
-    outcome, before = typed(row.line)
-    assert code in before, outcome.output
+    _, printed, before = typed(run, row.line)
+    assert code in before, printed
     cure = re.search(row.named, before[code])
     assert cure, before[code]
     line = row.typed.format(line=row.line, named=cure[0]).removeprefix("dehyst ")
-    outcome, after = typed(line)
-    assert outcome.exit_code == 0, outcome.output
+    status, printed, after = typed(run, line)
+    assert status == 0, printed
     if row.after == "runs":
         return
     if line.startswith("design"):
         moved(tmp_path, row.taus)
     if row.again:
-        assert typed(row.again)[0].exit_code == 0
+        assert typed(run, row.again)[0] == 0
     if line.split()[0] != row.line.split()[0]:  # what it made is used as before
-        outcome, after = typed(row.line)
+        after = typed(run, row.line)[2]
     if row.after == "gone":
         assert code not in after, after[code]
     else:

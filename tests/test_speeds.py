@@ -88,7 +88,9 @@ def test_a_model_that_depends_on_no_time_or_does_not_tell_its_speed_brings_no_wo
     plays = dehyst.PrandtlIshlinskii([0.0, 0.3], [1.0, 0.4], card=card)
     assert faster_than_log(plays, card.input, "the input", [(time, x)]) == []
     model.save(tmp_path / "m.json")
-    assert json.loads((tmp_path / "m.json").read_text())["provenance"]["fitted_speed"] == pytest.approx(0.3, rel=0.3)
+    assert json.loads((tmp_path / "m.json").read_text())["provenance"]["fitted_speed"]["input"] == pytest.approx(
+        0.3, rel=0.3
+    )
     older = model.with_card(type(card)(card.input, card.output, {}))
     assert faster_than_log(older, card.input, "the input", [(time, x)]) == []
 
@@ -105,7 +107,7 @@ def test_every_way_to_identify_keeps_the_speed(tmp_path):
         dehyst.identify_stream(dehyst.open_chunks(tmp_path / "log.csv", input="volt", output="angle"), "pi", n=5),
     ]
     for fit in fits:
-        assert fit.model.card.provenance["fitted_speed"] == pytest.approx(0.3, rel=0.3)
+        assert fit.model.card.provenance["fitted_speed"]["input"] == pytest.approx(0.3, rel=0.3)
     without = dehyst.identify(dehyst.Recording(input=x, output=y), "pi", n=5)
     assert "fitted_speed" not in without.model.card.provenance
 
@@ -126,4 +128,4 @@ class Long:
 @pytest.mark.slow
 def test_a_log_in_chunks_of_which_few_samples_are_kept_has_its_speed():
     fit = dehyst.identify_stream(Long(), "pi", n=5)
-    assert fit.model.card.provenance["fitted_speed"] == pytest.approx(0.3, rel=0.3)
+    assert fit.model.card.provenance["fitted_speed"]["input"] == pytest.approx(0.3, rel=0.3)

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from dehyst.arrays import Mask, rank
 from dehyst.data.recording import Recording
 from dehyst.data.speeds import top_speed
@@ -284,16 +286,17 @@ def _is_papers(settings: dict[str, Any]) -> bool:
     return bool(settings["family"] == "pi" and settings["eps"] == PAPER_EPS)
 
 
-def fitted_speed(records: Sequence[Recording], masks: Sequence[Mask]) -> dict[str, float]:
-    """The speed of the input of the fitted samples, in ranges a second, as a fact of a card; empty without time."""
+def fitted_speed(records: Sequence[Recording], masks: Sequence[Mask]) -> dict[str, Any]:
+    """Speeds of both signals in the fitted samples, in ranges a second, as a fact of a card; empty without time."""
+    timed = [(record, mask) for record, mask in zip(records, masks, strict=True) if record.time is not None]
+    if not timed:
+        return {}
+    inputs = [(np.asarray(record.time)[mask], record.input[mask]) for record, mask in timed]
+    outputs = [(np.asarray(record.time)[mask], record.output[mask]) for record, mask in timed]
     low, high = range_over([record.input for record in records])
-    parts = [
-        (record.time[mask], record.input[mask])
-        for record, mask in zip(records, masks, strict=True)
-        if record.time is not None
-    ]
-    speed = top_speed(parts, high - low)
-    return {"fitted_speed": float(f"{speed:.4g}")} if speed > 0.0 else {}
+    least, most = range_over([record.output for record in records])
+    speeds = {"input": top_speed(inputs, high - low), "output": top_speed(outputs, most - least)}
+    return {"fitted_speed": {name: float(f"{speed:.4g}") for name, speed in speeds.items()}}
 
 
 def _card(measured: Measured, settings: dict[str, Any], family: str, start: str, verdict: str) -> ModelCard:

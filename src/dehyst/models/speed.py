@@ -44,8 +44,11 @@ def faster_than_log(
     >>> [finding.code for finding in faster_than_log(model, model.card.output, "the reference", fast)]
     ['faster-than-log']
     """
-    fitted, drive = model.card.provenance.get("fitted_speed"), model.card.input
-    if not model.rate_dependent or not isinstance(fitted, int | float) or not fitted > 0.0:
+    kept, drive = model.card.provenance.get("fitted_speed"), model.card.input
+    if not model.rate_dependent or not isinstance(kept, dict):
+        return []
+    driven, fitted = kept.get("input"), kept.get("input" if card is drive else "output")
+    if not isinstance(driven, int | float) or not isinstance(fitted, int | float) or not min(driven, fitted) > 0.0:
         return []
     if card.low is None or card.high is None or drive.low is None or drive.high is None:
         return []
@@ -55,8 +58,9 @@ def faster_than_log(
         return []
     unit = f" {card.unit}/s" if card.unit else " a second"
     period = min(PERIOD, float(f"{1.0 / (SAMPLES * speed):.1g}"))
+    rate = speed / fitted * driven * (drive.high - drive.low)
     line = command(
-        "design", range=(f"{drive.low:.3g}", f"{drive.high:.3g}"), rate=f"{speed * (drive.high - drive.low):.2g}",
+        "design", range=(f"{drive.low:.3g}", f"{drive.high:.3g}"), rate=f"{rate:.2g}",
         period=f"{period:g}",
     )  # fmt: skip
     return [
