@@ -396,13 +396,15 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         "static-as-good": (
             "A monotone curve without hysteresis is as good: the model's error is more than "
             "{STATIC_AS_GOOD:%} of the curve's.",
-            "Use the curve (`--family static`), or look at the loop in the report: it may be of a kind this model "
-            "cannot show.",
+            "If recordings differ, the output drifts or does not follow the input, mend that first: it hides a loop. "
+            "Else use the curve (`--family static`), or look at the loop in the report: it may be of a kind this "
+            "model cannot show.",
         ),
         "no-hysteresis": (
             "`--family auto` compared its families with a curve without memory on loops held out within the fitted "
-            "part, and none was better by more than a twentieth: hysteresis was not found at this scale, or does not "
-            "repeat. The model is the curve, which is saved, inverted, exported and compensated with like any other.",
+            "part, and none was better by more than a twentieth. The warning says whether a loop is there all the "
+            "same, or may be hidden by what another warning says. The model is the curve, which is saved, inverted, "
+            "exported and compensated with like any other.",
             "Nothing, if the loop in the report is closed. If it is open, log more of it, warmed up and under one "
             "load, or name a family.",
         ),
