@@ -71,7 +71,7 @@ def _with_long_numbers(table: Table) -> Table:
         if name in table.stamps or not (DATE_WORDS | CLOCK_WORDS | {"timestamp", "datetime"}) & set(words(name)):
             continue
         values = np.where(finite(values), values, np.nan)
-        days, of_day = np.floor(values / 1e6), np.fmod(values, 1e6)
+        days, of_day = np.floor(values / 1e6), np.mod(values, 1e6)
         midnights = _of_digits(days)
         if midnights is not None and np.all((of_day // 100 % 100 < 60) & (of_day % 100 < 60)):
             columns[name] = midnights + of_day // 1e4 * 3600.0 + of_day // 100 % 100 * 60.0 + of_day % 100
