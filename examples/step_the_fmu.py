@@ -11,13 +11,10 @@ from pathlib import Path
 import numpy as np
 from fmpy import extract, instantiate_fmu, read_model_description
 
+from dehyst import calibrate, equip, identify_joint, plan_path
 from dehyst.export import export
 from dehyst.robot.arm import Arm, JointBench, Reference, load_robot
 from dehyst.robot.control import SWITCHES
-from dehyst.robot.experiments.calibration import calibrate
-from dehyst.robot.experiments.equipment import equip
-from dehyst.robot.experiments.identification import identify_joint
-from dehyst.robot.experiments.path import plan_path
 from dehyst.robot.export import joint_subject
 
 if __name__ == "__main__":
