@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -381,9 +381,12 @@ def with_reasons(findings: tuple[Finding, ...]) -> tuple[Finding, ...]:
     others = [finding.code for finding in findings if finding.code in REASONS]
     names = ", ".join(dict.fromkeys(others))
     why = f"What may be the reason: {names}." if names else NO_REASON
-    return tuple(
-        Finding(finding.code, f"{finding.message} {why}") if finding.code in POOR else finding for finding in findings
-    )
+    reasoned = []
+    for finding in findings:
+        if finding.code in POOR:
+            finding = replace(finding, message=f"{finding.message} {why}")
+        reasoned.append(finding)
+    return tuple(reasoned)
 
 
 def unrelated(measured: Measured) -> bool:
