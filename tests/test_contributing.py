@@ -338,7 +338,8 @@ def sensing(tmp_path_factory):
 @pytest.mark.slow
 def test_the_tests_of_the_sensor_shown_pass(sensing):
     (sensing / "test_shown.py").write_text(SENSOR_TESTS, encoding="utf-8")
-    begin = "import alone, dehyst._native as n; n.PneumaticJoint, n.ClosedLoop = alone.PneumaticJoint, alone.ClosedLoop"
+    begin = "import alone, dehyst.robot._native as n; n.PneumaticJoint = alone.PneumaticJoint; "
+    begin += "n.ClosedLoop = alone.ClosedLoop"
     program = f"import sys; sys.path.insert(0, '.'); {begin}; import test_shown as t\n" + (
         "for name in dir(t):\n    if name.startswith('test_'): getattr(t, name)(); print(name)\n"
         "shown = t.run(t.ROBOT, 200)[0]; print(*(shown[name].tobytes().hex() for name in list(shown)[:3]))"

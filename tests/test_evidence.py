@@ -97,7 +97,8 @@ def test_both_directions_and_the_report_say_the_same_of_one_log(creep):
     assert says["creep"].there == (creep > 0.0)
     (reason,) = (light.reason for light in lights(forward) if light.aspect == "The data")
     assert ("of range depend on time (creep)" in reason) == (creep > 0.0)
-    assert ("no dependence on time (creep)" in reason) == (creep == 0.0) or "one of size" in reason
+    denied = "no dependence on time (creep)" in reason
+    assert denied == (creep == 0.0) or "one of size" in reason or "too small for a test" in reason
     assert any("found" in words and ("not found" in words) == (creep == 0.0) for words in direct.evidence_words)
 
 

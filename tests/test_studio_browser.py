@@ -111,6 +111,7 @@ def test_from_a_brush_to_a_zip_whose_check_passes(page, log, tmp_path):
         assert f"--from={start} --to={stop}" in page.locator("pre").inner_text()
         with page.context.expect_page() as opened:
             page.get_by_role("link", name="Open the report").click()
+        opened.value.wait_for_load_state()
         assert "elbow log.csv" in opened.value.title()
         page.get_by_role("button", name="Export", exact=True).click()
         assert "rms [deg]" in page.get_by_role("region", name="Scores").inner_text()

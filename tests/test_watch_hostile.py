@@ -163,7 +163,7 @@ def test_lines(count, tmp_path):
         if row is not None:
             now = float(row[0])
             lines.append(",".join(repr(float(value)) for value in row).encode())
-        elif number > 30:  # a table that begins with other things than its rows is none
+        elif number > count // 10:  # a table that begins with other things than its rows is none
             lines.append(hostile_line(rng, now))
     (tmp_path / "log.csv").write_bytes(b"\n".join(lines) + b"\n")
     for arrival in follow(tmp_path / "log.csv", NAMES):

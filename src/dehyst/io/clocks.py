@@ -26,6 +26,7 @@ TIME_WORDS = frozenset(
 )
 PLAIN_WORDS = frozenset(words("time timestamp timestamps zeit zeitstempel elapsed datetime"))
 FRACTION_WORDS = frozenset(words("fraction fractional subsecond subseconds"))  # what is beyond the seconds of a clock
+FINEST, COARSEST = 1e-15, 1e9  # seconds of a unit: beyond it no log was written
 FIRST_OF_LABVIEW = "X_Value"  # name of the first column of a measurement file, whatever it holds
 RISING = 20  # steps up, and none down: a signal of loops falls too
 FORWARD_SHARE = 0.9  # of the steps of a clock
@@ -392,7 +393,8 @@ def with_time_unit(table: Table, unit: str | float | None, time: str | None) -> 
         return table
     text = str(unit).strip()
     text = f"{text} s" if re.fullmatch(r"[\d.,eE+-]+", text) else text
-    if seconds_of(text) is None:
+    scale = seconds_of(text)
+    if scale is None or not FINEST <= scale <= COARSEST:
         raise UnitError(
             f"'{unit}' is no unit of time. Type one of s, ms, us, ns, ps, cs, min, h, d, or how many seconds one count "
             f"is: --time-unit ms, --time-unit 0.0005",

@@ -189,7 +189,7 @@ def _first_missing(lines: Sequence[str], first: int, parting: Parting) -> int:
         cells = [cell.strip().lower() for cell in parting.split(lines[i])]
         if not is_comment(lines[i]) and (len(cells) != parting.width or not MISSING.issuperset(cells)):
             break
-        if not is_comment(lines[i]) and not {"-", "--"}.issuperset(cells):
+        if not is_comment(lines[i]) and any(cell.strip("-") for cell in cells):
             start = i
     return start
 
@@ -202,6 +202,7 @@ def _lines_above(lines: Sequence[str], first: int, parting: Parting) -> tuple[li
     """
     above: list[list[str]] = []
     units: list[str] = []
+    rule: list[str] = []  # dashes of different lengths: names, where nothing else is
     gap = False
     below = [cells for cells in map(parting.split, _data_lines(lines, first, HEAD)) if len(cells) == parting.width]
     last_empty = not any(cells[-1].strip() for cells in below)
@@ -213,6 +214,8 @@ def _lines_above(lines: Sequence[str], first: int, parting: Parting) -> tuple[li
         if cells and cells[0].lower() in SCOPE_KEYS:
             continue
         if all(_RULE.fullmatch(cell) or is_missing(cell) for cell in cells):
+            if len(set(cells)) == len(cells) == parting.width and all(map(_RULE.fullmatch, cells)):
+                rule = cells
             continue
         fitting = _fitting(cells, line, parting, last_empty)
         if fitting and parting.width > 2 and sum(map(bool, fitting)) == 1:
@@ -231,6 +234,8 @@ def _lines_above(lines: Sequence[str], first: int, parting: Parting) -> tuple[li
             break  # what stands above it is preamble
         if len(above) == LINES_ABOVE:
             break
+    if not above and not units and rule:
+        above.append(rule)
     return above, [] if above else units, []
 
 

@@ -193,7 +193,8 @@ def inspect_log(
     proposal = propose(table, values, paired, turns, clocks)
     proposal, findings, readable = _readable(table, proposal, chosen)
     x, y = proposal.pairs[0][:2] if proposal.pairs else (None, None)
-    columns = tuple(_summarise(table, name, rows, values, turns, proposal.roles, mask) for name in table.order)
+    roles = proposal.roles
+    columns = tuple(_summarise(table, name, rows, values, turns, roles, mask) for name in table.order)
     return LogSummary(
         name=table.name,
         rows=int(mask.sum()),

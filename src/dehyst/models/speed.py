@@ -37,7 +37,7 @@ def faster_than_log(
     Examples
     --------
     >>> import dehyst, numpy as np
-    >>> from dehyst.robot.experiments import example_recording
+    >>> from dehyst.io import example_recording
     >>> model = dehyst.identify(example_recording(), "creep-pi").model
     >>> time = np.arange(0.0, 4.0, 0.01)
     >>> fast = [(time, 10.0 * np.sin(20.0 * time))]
