@@ -199,7 +199,7 @@ def _standard(values: Array) -> Array:
 
 def _monotone(a: Array, b: Array) -> float:
     """Relation of the orders of two signals, 0 to 1."""
-    orders = [np.argsort(np.argsort(part)).astype(np.float64) for part in (a, b)]
+    orders = [np.argsort(np.argsort(part, kind="stable"), kind="stable").astype(np.float64) for part in (a, b)]
     first, second = (_standard(order) for order in orders)
     return abs(float(np.mean(first * second)))
 
