@@ -18,8 +18,6 @@ GROUP = "dehyst.controllers"
 class ControllerKind(Protocol):
     """What a package offers for a value of ``--what`` that it adds."""
 
-    summary: str
-
     def from_file(self, model: Model, path: Path, *, name: str, real: str) -> tuple[Subject, list[Finding]]:
         """Return the controller that holds `model` with the parameters of a file."""
         ...

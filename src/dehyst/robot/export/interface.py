@@ -10,7 +10,6 @@ import numpy as np
 from dehyst.arrays import Array
 from dehyst.export.controller import ControllerInterface, Quantity
 from dehyst.export.signal import Whole
-from dehyst.models import Model
 from dehyst.robot.control.joint import FLAGS, SWITCHES, JointController, JointReference
 from dehyst.robot.control.parameters import Adaptation, JointControllerParameters, Pneumatics
 from dehyst.robot.control.storage import controller_text
@@ -138,8 +137,3 @@ def _constants(parameters: JointControllerParameters) -> Iterator[Quantity]:
             else:
                 unit = PARAMETER_UNITS.get(item.name, "")
                 yield Quantity(name, unit, item.name.replace("_", " "), (float(value),))
-
-
-def compensator_label(model: Model) -> str:
-    """Return what the compensator is made of, for a title."""
-    return "stops and lags in its direct inverse" if model.core == "direct" else "operators in its compensator"

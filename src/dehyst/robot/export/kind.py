@@ -27,8 +27,6 @@ SHOWN = 12  # characters of a checksum
 class JointControllerKind:
     """Makes the subject of a joint controller from a model and a file of parameters."""
 
-    summary = "a whole joint controller with the model's inverse, or the direct inverse, as its compensator"
-
     def from_file(self, model: Model, path: Path, *, name: str, real: str) -> tuple[Subject, list[Finding]]:
         """Return the controller with the parameters of a file, and what is not known of the model's units."""
         parameters, adaptation = load_controller(path), load_adaptation(path)
