@@ -21,7 +21,7 @@ test-all: test test-slow
 
 # The numeric part of the tests as on other machines: kernels of BLAS, vector units, threads, time zone, locale, HOME.
 machines: $(VENV)/installed-test
-	$(BIN)/python tests/machines.py
+	$(BIN)/python tests/support/machines.py
 
 check: $(VENV)/installed-test
 	$(BIN)/ruff check .
@@ -32,10 +32,10 @@ check: $(VENV)/installed-test
 docs: $(VENV)/installed-test
 	$(BIN)/python docs/build.py
 
-# The page that identifies a log in a browser, as the package ships it; needs npm.
+# The page that fits a log in a browser, as the package ships it; needs npm.
 page: $(VENV)/installed-test
 	$(PIP) ziglang
-	$(BIN)/python page/build.py
+	$(BIN)/python packages/dehyst-studio/page/build.py
 
 # The pages as a searchable site that asks no other server for anything: python3 -m http.server --directory site
 site: $(VENV)/installed-site
@@ -67,21 +67,22 @@ exports: $(VENV)/installed-bench
 	$(BIN)/python benchmarks/exports.py
 	$(BIN)/python benchmarks/structured_text.py
 
-# The core under Frama-C, bitwuzla, libFuzzer and others: docs/explanation/proofs.md. Nothing of Python is proved, so the
-# package is not needed.
-proofs: $(VENV)/installed-proofs
+# The core under Frama-C, bitwuzla, libFuzzer and others: docs/explanation/proofs.md. Nothing of Python is proved, but the
+# models that the proofs are tried on come from the installed kernel.
+proofs: $(VENV)/installed $(VENV)/installed-proofs
 	$(BIN)/python proofs/run.py --json proofs/results.json
 
-proofs-quick: $(VENV)/installed-proofs
+proofs-quick: $(VENV)/installed $(VENV)/installed-proofs
 	$(BIN)/python proofs/run.py --quick
 
 # Wheels for x86-64 and ARM64 that need no compiler where they are installed, by zig; each is tried where there is none,
-# those for ARM64 if ARM64 names folders with a Python for it (CONTRIBUTING.md).
+# those for ARM64 if ARM64 names folders with a Python for it (docs/contributing/make-a-release.md).
 wheels: $(VENV)/installed-wheels
 	$(BIN)/python wheels/make.py $(if $(ARM64),--arm64 $(ARM64))
 
 # Installed again whenever a source file of the package is newer than the installation.
-SOURCES = $(shell find src core plant engine reviewed -type f ! -name '*.pyc') CMakeLists.txt pyproject.toml constraints.txt
+SOURCES = $(shell find packages -type f ! -name '*.pyc' ! -path '*/tests/*' ! -path '*/node_modules/*' ! -path '*/build/*') constraints.txt
+PACKAGES = './packages/dehyst[all]' './packages/dehyst-targets[fmi]' './packages/dehyst-robot[gym]' './packages/dehyst-studio[watch]'
 
 $(VENV)/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -92,15 +93,17 @@ $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/installed: $(VENV)/bin/python $(SOURCES)
-	$(PIP) '.[plant]'
+	$(PIP) ./packages/dehyst ./packages/dehyst-robot
 	@touch $@
 
 $(VENV)/installed-test: $(VENV)/bin/python $(SOURCES)
-	$(PIP) '.[all,test]'
+	$(PIP) 'pip>=25.1'
+	$(PIP) $(PACKAGES) --group test
 	@touch $@ $(VENV)/installed
 
 $(VENV)/installed-bench: $(VENV)/bin/python $(SOURCES)
-	$(PIP) '.[all,test,bench]'
+	$(PIP) 'pip>=25.1'
+	$(PIP) $(PACKAGES) --group test --group bench
 	@touch $@ $(VENV)/installed $(VENV)/installed-test
 
 $(VENV)/installed-site: $(VENV)/bin/python pyproject.toml constraints.txt
@@ -119,4 +122,4 @@ $(VENV)/installed-wheels: $(VENV)/bin/python pyproject.toml constraints.txt
 	@touch $@
 
 clean:
-	rm -rf $(VENV) build demo dist site
+	rm -rf $(VENV) packages/*/build demo dist site

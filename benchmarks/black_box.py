@@ -6,7 +6,7 @@
 
 Every box is given the fitted half and nothing else: the held-out half of a run chooses none of its settings. It is
 predicted from the input alone; the NARX begins at the last outputs of the fitted half, the others, as rows do, at the
-first sample of the run. Needs jax: pip install '.[bench]'.
+first sample of the run. Needs jax: pip install --group bench.
 """
 
 from __future__ import annotations
@@ -21,19 +21,26 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from result_files import save
+
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-os.environ.setdefault("XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1")
+os.environ.setdefault(
+    "XLA_FLAGS", "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
+)
 
 import numpy as np
 from boxes.features import kernel, ridge
 from boxes.narx import narx
 from boxes.signals import Box, Half, Predictor, Run, run_of
-from compare import DATA, recording, runs_of, tidy
+from compare import DATA, recording, runs_of
 from rows import CHOSEN
 from rows import RESULTS as ROWS
 
 RESULTS = Path(__file__).parent / "results" / "black_box.json"
-STRETCH = ("pneumatic_arm_segment/oct28", "mr_damper/ensaio")  # where we want to err less than the GRU
+STRETCH = (
+    "pneumatic_arm_segment/oct28",
+    "mr_damper/ensaio",
+)  # where we want to err less than the GRU
 
 
 def gru(half: Half) -> list[Predictor]:
@@ -81,7 +88,9 @@ def beside(runs: list[dict[str, Any]]) -> list[dict[str, Any]]:
         errors = {name: box["test_percent"] for name, box in run["boxes"].items()}
         own = {"ours": row["rows"][CHOSEN]["test_percent"], "family": row["rows"][CHOSEN]["family"]}
         best = min(errors, key=lambda name: errors[name])
-        found.append({"run": key(run), **own, "seventeen": row["best_percent"], **errors, "best": best})
+        found.append(
+            {"run": key(run), **own, "seventeen": row["best_percent"], **errors, "best": best}
+        )
     return found
 
 
@@ -102,7 +111,9 @@ def summary(runs: list[dict[str, Any]]) -> str:
     for over in ("seventeen", *BOXES, "best"):
         ratios = ratio(able, over)
         less = sum(one < 1.0 for one in ratios)
-        lines.append(f"ours over {over:9s} mean {mean(ratios):.2f}, median {median(ratios):.2f}, less on {less} runs")
+        lines.append(
+            f"ours over {over:9s} mean {mean(ratios):.2f}, median {median(ratios):.2f}, less on {less} runs"
+        )
     for rig in STRETCH:
         of = [run for run in able if run["run"].startswith(rig)]
         shown = ", ".join(f"{run['ours']:.2f}/{run['gru']:.2f}" for run in of)
@@ -112,7 +123,9 @@ def summary(runs: list[dict[str, Any]]) -> str:
 
 def main() -> int:
     """Train, print, save."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--quick", action="store_true", help="one run of each log")
     parser.add_argument("--save", action="store_true", help=f"write {RESULTS.name}")
     given = parser.parse_args()
@@ -131,7 +144,7 @@ def main() -> int:
         )  # fmt: skip
     print(summary(runs))
     if given.save:
-        RESULTS.write_text(json.dumps(tidy({"runs": runs}), indent=1) + "\n", encoding="utf-8")
+        save(RESULTS, {"runs": runs})
     return 0
 
 

@@ -16,6 +16,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from result_files import save
+
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
@@ -29,11 +31,16 @@ LIMIT = 9e-6  # of the white box [m]
 def loop(oscillator: Any, samples: int = 75) -> dict[str, list[float]]:
     """Force of spring and element over the position in the steady state of a sine of 10 Hz."""
     time = np.arange(samples) / RATE
-    motion = oscillator.motion(120.0 * np.sin(2 * np.pi * 10.0 * time), time, periodic=True, steps=20)
+    motion = oscillator.motion(
+        120.0 * np.sin(2 * np.pi * 10.0 * time), time, periodic=True, steps=20
+    )
     force = oscillator.stiffness * motion.position + motion.hysteretic_force
     if isinstance(oscillator, HystereticOscillator):
         force = force + oscillator.cubic * motion.position**3
-    return {"position_mm": (1e3 * motion.position).round(5).tolist(), "force_N": force.round(3).tolist()}
+    return {
+        "position_mm": (1e3 * motion.position).round(5).tolist(),
+        "force_N": force.round(3).tolist(),
+    }
 
 
 def slopes(oscillator: Any, reach: float = 250.0) -> dict[str, list[float]]:
@@ -43,7 +50,11 @@ def slopes(oscillator: Any, reach: float = 250.0) -> dict[str, list[float]]:
         o = oscillator
         y = o.alpha - o.beta * (o.gamma * np.sign(x) + o.delta) * np.abs(x) ** o.nu
     elif oscillator.slopes:
-        y = np.interp(x, np.linspace(-1, 1, len(oscillator.slopes)) * oscillator.slope_range, oscillator.slopes)
+        y = np.interp(
+            x,
+            np.linspace(-1, 1, len(oscillator.slopes)) * oscillator.slope_range,
+            oscillator.slopes,
+        )
     else:
         return {}
     return {"force_N": x.round(6).tolist(), "slope_N_per_m": np.round(y, 1).tolist()}
@@ -64,15 +75,23 @@ def line(row: Row) -> str:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--json", action="store_true", help="print the result for programs")
-    parser.add_argument("--out", type=Path, help=f"write that to a file too, such as {RESULTS.name}")
-    parser.add_argument("--seed", type=int, default=1, help="of the estimation multisines and their noise")
+    parser.add_argument(
+        "--out", type=Path, help=f"write that to a file too, such as {RESULTS.name}"
+    )
+    parser.add_argument(
+        "--seed", type=int, default=1, help="of the estimation multisines and their noise"
+    )
     parser.add_argument("--samples", type=int, default=PERIOD, help="a period; 2048 for a look")
     parser.add_argument("--swept", type=int, default=SWEEP[3], help="samples of the sweep")
     options = parser.parse_args()
     if not options.json:
-        print(f"{'model':34s}{'kind':12s}{'par.':>4s}{'multisine':>12s}{'sweep':>12s}{'seconds':>9s}   [rms error, m]")
+        print(
+            f"{'model':34s}{'kind':12s}{'par.':>4s}{'multisine':>12s}{'sweep':>12s}{'seconds':>9s}   [rms error, m]"
+        )
     rows = run(
         seed=options.seed, samples=options.samples, swept=options.swept,
         report=None if options.json else lambda row: print(line(row), flush=True),
@@ -83,7 +102,7 @@ def main() -> int:
         "models": [entry(row) for row in rows],
     }  # fmt: skip
     if options.out:
-        options.out.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        save(options.out, found)
     if options.json:
         print(json.dumps(found, indent=1))
     else:

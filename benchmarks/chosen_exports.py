@@ -3,7 +3,6 @@
     python benchmarks/chosen_exports.py                    # 26 runs, both purposes, C, FMI 3.0 and Structured Text
     python benchmarks/chosen_exports.py --quick            # one run of each log
     python benchmarks/chosen_exports.py --targets c,fmu2   # others
-    python benchmarks/chosen_exports.py --save             # into results/chosen_exports.json, too
 
 For compensation the inverse is exported where the model has one, for simulation the model. Each folder is checked as
 `dehyst verify` does it: compiled by every compiler here, at every level, and compared with the model's answers to the
@@ -13,7 +12,6 @@ bit. Ends with status 1 if an export is refused or a check fails.
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import sys
 import tempfile
@@ -27,9 +25,8 @@ from compare import DATA, Log, recording, runs_of
 import dehyst
 from dehyst.errors import DehystError
 from dehyst.export import export, subject_of
-from dehyst.export.verification import verify_folder
+from dehyst.export._verification import verify_folder
 
-RESULTS = Path(__file__).parent / "results" / "chosen_exports.json"
 PURPOSES = ("compensate", "simulate")
 TARGETS = ("c", "fmu3", "st")
 
@@ -44,7 +41,10 @@ def exported(log: Log, name: str, purpose: str, targets: tuple[str, ...]) -> dic
     except DehystError as refusal:
         return {**row, "targets": dict.fromkeys(targets, f"refused: {refusal}")}
     with tempfile.TemporaryDirectory() as place:
-        return {**row, "targets": {one: verdict(subject, one, Path(place) / one) for one in targets}}
+        return {
+            **row,
+            "targets": {one: verdict(subject, one, Path(place) / one) for one in targets},
+        }
 
 
 def verdict(subject: Any, target: str, folder: Path) -> str:
@@ -59,10 +59,13 @@ def verdict(subject: Any, target: str, folder: Path) -> str:
 
 def main() -> int:
     """Ask every run, print a line each, save."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--quick", action="store_true", help="one run of each log")
-    parser.add_argument("--targets", default=",".join(TARGETS), help="of dehyst export, separated by commas")
-    parser.add_argument("--save", action="store_true", help=f"write {RESULTS.name}")
+    parser.add_argument(
+        "--targets", default=",".join(TARGETS), help="of dehyst export, separated by commas"
+    )
     given = parser.parse_args()
     targets, rows = tuple(given.targets.split(",")), []
     for log, name in runs_of(DATA, given.quick):
@@ -70,12 +73,13 @@ def main() -> int:
             row = exported(log, name, purpose, targets)
             rows.append(row)
             shown = "  ".join(f"{target} {said}" for target, said in row["targets"].items())
-            print(f"{log.name + '/' + name:36s}{purpose:11s} {row['family']:22s}{row['what']:8s} {shown}", flush=True)
+            print(
+                f"{log.name + '/' + name:36s}{purpose:11s} {row['family']:22s}{row['what']:8s} {shown}",
+                flush=True,
+            )
     verdicts = [said for row in rows for said in row["targets"].values()]
     equal = sum(said == "equal" for said in verdicts)
     print(f"{equal} of {len(verdicts)} exports answer with the model's bits")
-    if given.save:
-        RESULTS.write_text(json.dumps({"dehyst": dehyst.__version__, "runs": rows}, indent=1) + "\n", encoding="utf-8")
     return 0 if equal == len(verdicts) else 1
 
 

@@ -22,19 +22,33 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from result_files import save, tidy
+
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from rich.console import Console
 from rich.progress import MofNCompleteColumn, Progress, TimeElapsedColumn
 
 import dehyst
+import dehyst_robot
 from dehyst import Recording
-from dehyst.families import all_names
+from dehyst.identification import all_names
 from dehyst.io import example_recording
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA = ROOT.parent / "shared" / "data"
 RESULTS = Path(__file__).parent / "results" / "compare.json"
+# Keys of a run in the file.
+SHOWN = (
+    "log",
+    "kind",
+    "source",
+    "run",
+    "samples",
+    "processor_seconds",
+    "orientation",
+    "chosen",
+)
 LIMIT = 60.0  # of one comparison [s]
 MECHANISMS = ("maxwell-slip", "preisach", "dahl")
 
@@ -84,7 +98,14 @@ LOGS = (
 )  # fmt: skip
 MADE = (
     Log("example", "example log", "dehyst example", "pressure_difference", "angle"),
-    Log("simulated_joint", "simulated joint 1", "dehyst.identify_joint", "sheared_bar", "angle_rad", MECHANISMS),
+    Log(
+        "simulated_joint",
+        "simulated joint 1",
+        "dehyst_robot.identify_joint",
+        "sheared_bar",
+        "angle_rad",
+        MECHANISMS,
+    ),
 )
 
 
@@ -92,7 +113,10 @@ def runs_of(data: Path, quick: bool = False) -> list[tuple[Log, str]]:
     """Logs and runs that can be asked here; what is not in the data folder is said."""
     there = [log for log in LOGS if (data / log.name).is_dir()]
     if len(there) < len(LOGS):
-        print(f"{len(LOGS) - len(there)} of {len(LOGS)} measured logs are not in the data folder", file=sys.stderr)
+        print(
+            f"{len(LOGS) - len(there)} of {len(LOGS)} measured logs are not in the data folder",
+            file=sys.stderr,
+        )
     return [(log, run) for log in (*there, *MADE) for run in (log.runs[:1] if quick else log.runs)]
 
 
@@ -108,9 +132,11 @@ def recording(log: Log, run: str, data: Path) -> Recording:
 
 def loops_of(mechanism: str) -> Recording:
     """The log from which the paper's compensator of joint 1 is identified: nested loops, seen and unseen ones."""
-    robot = dehyst.load_robot(conditions="kind", changes={"hysteresis.mechanism": mechanism})
+    robot = dehyst_robot.load_robot(conditions="kind", changes={"hysteresis.mechanism": mechanism})
     with tempfile.TemporaryDirectory() as folder:
-        found = dehyst.identify_joint(robot, 1, dehyst.calibrate(robot, 1), Path(folder))
+        found = dehyst_robot.identify_joint(
+            robot, 1, dehyst_robot.calibrate(robot, 1), Path(folder)
+        )
     x, y, t = (found.log[name] for name in ("sheared_bar", "angle_rad", "time_s"))
     return Recording(input=x, output=y, time=t)
 
@@ -127,19 +153,32 @@ def compared(log: Log, run: str, data: Path) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def tidy(value: Any) -> Any:
-    """Six digits of every number, nothing that is infinite."""
-    if isinstance(value, dict):
-        return {key: tidy(item) for key, item in value.items() if key != "warnings"}
-    if isinstance(value, float):
-        return float(f"{value:.6g}") if abs(value) < float("inf") else None
-    return value
+def shown(row: dict[str, Any]) -> dict[str, Any]:
+    """Return what pages show of a run: errors, ties and reasons, no sample and no parameter."""
+    families = {}
+    for name, entry in row["families"].items():
+        test = entry["test"]
+        families[name] = {
+            "test": test and {"rmse_percent": test["rmse_percent"]},
+            "tied": entry["tied"],
+        }
+        if test is None:
+            families[name]["reason"] = entry["reason"]
+    auto = {
+        "family": row["auto"]["family"],
+        "test": {"rmse_percent": row["auto"]["test"]["rmse_percent"]},
+    }
+    return {**{key: row[key] for key in SHOWN}, "auto": auto, "families": families}
 
 
 def error(row: dict[str, Any], family: str) -> float:
     """Held-out error of a family on a run, percent of range; infinite where it could not be identified."""
     test = row["families"].get(family, {}).get("test")
-    return float("inf") if test is None or test["rmse_percent"] is None else float(test["rmse_percent"])
+    return (
+        float("inf")
+        if test is None or test["rmse_percent"] is None
+        else float(test["rmse_percent"])
+    )
 
 
 def carried(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -172,18 +211,24 @@ def line(row: dict[str, Any]) -> str:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--data", type=Path, default=DATA, help="folder of the measured logs")
     parser.add_argument("--json", action="store_true", help="print the result for programs")
-    parser.add_argument("--out", type=Path, help=f"write that to a file too, such as {RESULTS.name}")
+    parser.add_argument(
+        "--out", type=Path, help=f"write that to a file too, such as {RESULTS.name}"
+    )
     parser.add_argument("--quick", action="store_true", help="one run of each log")
-    parser.add_argument("--jobs", type=int, default=min(2, os.cpu_count() or 1), help="comparisons at the same time")
+    parser.add_argument(
+        "--jobs", type=int, default=min(2, os.cpu_count() or 1), help="comparisons at the same time"
+    )
     options = parser.parse_args()
     tasks = runs_of(options.data, options.quick)
     rows = measured(tasks, options.data, options.jobs)
-    found = {"dehyst": dehyst.__version__, "quick": options.quick, "logs": rows, "carried": carried(rows)}
+    found = {"dehyst": dehyst.__version__, "quick": options.quick, "logs": rows}
     if options.out:
-        options.out.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        save(options.out, {**found, "logs": [shown(row) for row in rows]})
     if options.json:
         print(json.dumps(found, indent=1))
     else:
@@ -198,7 +243,10 @@ def measured(tasks: list[tuple[Log, str]], data: Path, jobs: int) -> list[dict[s
     """All comparisons, in the order of the tasks; progress on the error stream."""
     rows: dict[int, dict[str, Any]] = {}
     columns = (*Progress.get_default_columns()[:2], MofNCompleteColumn(), TimeElapsedColumn())
-    with ProcessPoolExecutor(jobs) as pool, Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with (
+        ProcessPoolExecutor(jobs) as pool,
+        Progress(*columns, console=Console(stderr=True), transient=True) as bar,
+    ):
         shown = bar.add_task("comparing", total=len(tasks))
         asked = {pool.submit(compared, log, run, data): k for k, (log, run) in enumerate(tasks)}
         for done in as_completed(asked):

@@ -24,13 +24,16 @@ from target import count, jobs, machines
 
 from dehyst.export import Subject, export
 from dehyst.models import DirectInverse, ModelCard, Schedule, SignalCard
-from dehyst.robot.control import Adaptation, JointControllerParameters
-from dehyst.robot.export import joint_subject
+from dehyst_robot.control import Adaptation, JointControllerParameters
+from dehyst_robot.export import joint_subject
 
 LIMIT = 2.0  # [us] on x86-64
 PERIODS = 150  # that are counted
 SCHEDULES = {
-    "by pressure and angle": (Schedule("mean_pressure", 2e5, 4e5, "Pa"), Schedule("output", -0.5, 0.5, "rad")),
+    "by pressure and angle": (
+        Schedule("mean_pressure", 2e5, 4e5, "Pa"),
+        Schedule("output", -0.5, 0.5, "rad"),
+    ),
     "not scheduled": (),
 }
 MAIN = """#include <stdio.h>
@@ -104,7 +107,9 @@ def timed(subject: Subject) -> float:
         files = [str(path) for path in sorted(source.glob("*.c"))]
         command = ["cc", "-O2", "-std=gnu11", "-ffp-contract=off", *files, "-o", str(program)]
         subprocess.run(command, check=True)
-        return float(subprocess.run([str(program)], check=True, capture_output=True, text=True).stdout)
+        return float(
+            subprocess.run([str(program)], check=True, capture_output=True, text=True).stdout
+        )
 
 
 def counted(subject: Subject) -> dict[str, dict[str, float]]:
@@ -116,24 +121,42 @@ def counted(subject: Subject) -> dict[str, dict[str, float]]:
             continue
         with tempfile.TemporaryDirectory() as place:
             export(subject, "c", Path(place) / "out")
-            program = machines.build(machine, Path(place), subject.real, "-O2", "joint.c", Path(place) / "out" / "src")
-            counts = count.count(machine, program, jobs.joint_job(subject, PERIODS), Path(place), "unit_step")
+            program = machines.build(
+                machine, Path(place), subject.real, "-O2", "joint.c", Path(place) / "out" / "src"
+            )
+            counts = count.count(
+                machine, program, jobs.joint_job(subject, PERIODS), Path(place), "unit_step"
+            )
         found[machine.name] = {"typical": float(np.mean(counts)), "most": int(np.max(counts))}
     return found
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--json", type=Path, help="write the figures there")
     arguments = parser.parse_args()
     rows: list[dict[str, Any]] = []
     for label, schedules in SCHEDULES.items():
         for real in ("double", "float"):
-            subject = joint_subject(full(schedules), JointControllerParameters(), Adaptation(), name="unit", real=real)
-            row = {"compensator": label, "real": real, "us": timed(subject), "instructions": counted(subject)}
+            subject = joint_subject(
+                full(schedules), JointControllerParameters(), Adaptation(), name="unit", real=real
+            )
+            row = {
+                "compensator": label,
+                "real": real,
+                "us": timed(subject),
+                "instructions": counted(subject),
+            }
             rows.append(row)
-            steps = ", ".join(f"{name} {entry['most']:.0f}" for name, entry in row["instructions"].items())
-            print(f"{label}, {real}: {row['us']:.3f} us here; instructions at most: {steps}", flush=True)
+            steps = ", ".join(
+                f"{name} {entry['most']:.0f}" for name, entry in row["instructions"].items()
+            )
+            print(
+                f"{label}, {real}: {row['us']:.3f} us here; instructions at most: {steps}",
+                flush=True,
+            )
     if arguments.json:
         arguments.json.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     return int(max(row["us"] for row in rows) > LIMIT)

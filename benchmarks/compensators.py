@@ -20,8 +20,8 @@ from studies import robustness
 from studies.alone import Alone, identified_alone
 from studies.robustness import Figure
 
-from dehyst.robot.arm.parameters import load_robot
-from dehyst.robot.experiments.path import plan_path
+from dehyst_robot.arm import load_robot
+from dehyst_robot.experiments import plan_path
 
 PLANTS = ("maxwell-slip", "preisach", "dahl")
 OTHER = 2  # joint whose model is tried on the first one
@@ -41,7 +41,9 @@ def parts(quick: bool) -> dict[str, Part]:
 
 def prepared(plant: str, options: argparse.Namespace, number: int) -> Alone:
     """A joint of a plant, calibrated and identified."""
-    changes = {key: json.loads(value) for key, value in (change.split("=", 1) for change in options.change)}
+    changes = {
+        key: json.loads(value) for key, value in (change.split("=", 1) for change in options.change)
+    }
     robot = load_robot(conditions="kind", changes={"hysteresis.mechanism": plant, **changes})
     return identified_alone(robot, plan_path(load_robot(conditions="kind")), number, options.seed)
 
@@ -51,10 +53,16 @@ def measured(plant: str, options: argparse.Namespace) -> list[Figure]:
     joint = prepared(plant, options, options.joint)
     if plant == "none":
         return list(robustness.no_hysteresis(joint))
-    chosen = {name: part for name, part in parts(options.quick).items() if not options.only or name in options.only}
+    chosen = {
+        name: part
+        for name, part in parts(options.quick).items()
+        if not options.only or name in options.only
+    }
     found = [figure for part in chosen.values() for figure in part(joint)]
     if "cold_start" in chosen and not options.quick:
-        found += robustness.cold_start(joint, prepared(plant, options, OTHER), f" with the model of joint {OTHER}")
+        found += robustness.cold_start(
+            joint, prepared(plant, options, OTHER), f" with the model of joint {OTHER}"
+        )
     return found
 
 
@@ -66,12 +74,16 @@ def show(plant: str, figures: list[Figure]) -> None:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--plants", nargs="+", default=list(PLANTS))
     parser.add_argument("--only", nargs="+", default=[], choices=[*parts(True), "no_hysteresis"])
     parser.add_argument("--joint", type=int, default=1)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--change", action="append", default=[], help="KEY=VALUE of the parameter file")
+    parser.add_argument(
+        "--change", action="append", default=[], help="KEY=VALUE of the parameter file"
+    )
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
@@ -80,12 +92,21 @@ def main() -> int:
         plants.append("none")
     with ThreadPoolExecutor() as pool:  # the simulation does not hold Python's lock
         found = {}
-        for plant, figures in zip(plants, pool.map(lambda plant: measured(plant, options), plants), strict=True):
+        for plant, figures in zip(
+            plants, pool.map(lambda plant: measured(plant, options), plants), strict=True
+        ):
             found[plant] = figures
             if not options.json:
                 show(plant, figures)
     if options.json:
-        print(json.dumps({plant: {f.name: [f.value, f.most] for f in figures} for plant, figures in found.items()}))
+        print(
+            json.dumps(
+                {
+                    plant: {f.name: [f.value, f.most] for f in figures}
+                    for plant, figures in found.items()
+                }
+            )
+        )
     return int(not all(f.good for figures in found.values() for f in figures))
 
 

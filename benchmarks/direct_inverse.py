@@ -28,10 +28,19 @@ DAMPER = ("mr_damper", "displacement_mm", "force_N")
 RUNS: list[tuple[tuple[str, str, str], dict[str, Any]]] = [
     *((PIEZO, window) for window in ({"run": "model", "start": 2}, {"run": "test", "start": 2})),
     (PIEZO, {"run": "test", "start": 2, "stop": 30}),
-    *((ARM, {"run": run, "start": 12}) for run in ("oct28_exp1", "oct28_exp5", "oct28_exp9", "oct25_axial")),
-    *((CAVATAPPI, {"run": run}) for run in ("200g_s2_t1", "200g_s3_t1", "300g_s3_t1", "400g_s3_t1")),
+    *(
+        (ARM, {"run": run, "start": 12})
+        for run in ("oct28_exp1", "oct28_exp5", "oct28_exp9", "oct25_axial")
+    ),
+    *(
+        (CAVATAPPI, {"run": run})
+        for run in ("200g_s2_t1", "200g_s3_t1", "300g_s3_t1", "400g_s3_t1")
+    ),
     *((TENDON, {"run": f"config_{angle:03d}"}) for angle in range(0, 271, 30)),
-    *((TENDON, {"run": f"conf{run}"}) for run in ("0_50", "0_60", "0_60_", "0_70", "90_50", "90_60", "90_70")),
+    *(
+        (TENDON, {"run": f"conf{run}"})
+        for run in ("0_50", "0_60", "0_60_", "0_70", "90_50", "90_60", "90_70")
+    ),
     (WRIST, {}),
     *((DAMPER, {"run": run}) for run in ("ensaio.A.1", "ensaio.A.6", "ensaio1.2", "ensaio10.1")),
 ]
@@ -48,7 +57,7 @@ def measure(log: tuple[str, str, str], window: dict[str, Any]) -> dict[str, Any]
     folder, x, y = log
     recording = dehyst.read_log(DATA / folder / "data.csv.gz", x, y, **window)
     begin = time.perf_counter()
-    fit = dehyst.identify_direct(recording, train_fraction=1.0 if log is WRIST else 0.5)
+    fit = dehyst.identify(recording, "direct-inverse", train_fraction=1.0 if log is WRIST else 0.5)
     seconds = time.perf_counter() - begin
     own, *others, _ = fit.table  # the last one is the curve
     output = min(others, key=lambda row: row.test_percent)
@@ -83,7 +92,11 @@ def line(row: dict[str, Any]) -> str:
         (row["output"], row["output_forward"], row["output_family"]),
     ):
         mine, theirs = shown(own), shown(other)
-        cells += [f"**{mine}**", f"{theirs} {family}"] if own < other else [mine, f"**{theirs}** {family}"]
+        cells += (
+            [f"**{mine}**", f"{theirs} {family}"]
+            if own < other
+            else [mine, f"**{theirs}** {family}"]
+        )
     cells.append(", ".join([f"degree {row['degree']}", *row["terms"]]))
     return f"| {' | '.join(cells)} |"
 
@@ -94,19 +107,25 @@ def main() -> int:
     parser.add_argument("--json", action="store_true", help="print every figure as JSON")
     wanted = parser.parse_args()
     if not (DATA / "piezo_dbo" / "data.csv.gz").is_file():
-        sys.stderr.write(f"no measured logs in {DATA}; they may not be passed on with the project\n")
+        sys.stderr.write(
+            f"no measured logs in {DATA}; they may not be passed on with the project\n"
+        )
         return 1
     rows = [measure(*run) for run in RUNS]
     if wanted.json:
         sys.stdout.write(json.dumps(rows, indent=1) + "\n")
         return 0
-    print("| log | input: direct | best forward inverse | output: direct, read forward | best forward family | terms |")
+    print(
+        "| log | input: direct | best forward inverse | output: direct, read forward | best forward family | terms |"
+    )
     print("|---|---|---|---|---|---|")
     print("\n".join(line(row) for row in rows))
     scored = [row for row in rows if row["held_out"]]
     for key in ("input", "output"):
         better = sum(row[key] < row[f"{key}_forward"] for row in scored)
-        print(f"\n{key}: smaller error than every forward family on {better} of {len(scored)} held-out halves")
+        print(
+            f"\n{key}: smaller error than every forward family on {better} of {len(scored)} held-out halves"
+        )
     print(f"\n{sum(row['seconds'] for row in rows) / len(rows):.2f} s a run, comparison included")
     return 0
 

@@ -45,7 +45,13 @@ def identified(seed: int, cycles: int, family: str, minor: bool) -> tuple[Any, d
 
 
 def quietly(
-    seeds: int, cycles: int, family: str, referred: bool, minor: bool, logs: int, least: float | None
+    seeds: int,
+    cycles: int,
+    family: str,
+    referred: bool,
+    minor: bool,
+    logs: int,
+    least: float | None,
 ) -> dict[str, Any]:
     """Share of seeds in which an actuator that has not changed is called drifted."""
     alarms, begin = dict.fromkeys(PROMISES, 0), time.perf_counter()
@@ -54,7 +60,11 @@ def quietly(
         later = [cycling_log(100 * seed + k, cycles, minor=minor) for k in range(logs)]
         for promise in PROMISES:
             found = dehyst.drift(
-                model, later, reference=reference if referred else None, false_alarm=promise, least=least
+                model,
+                later,
+                reference=reference if referred else None,
+                false_alarm=promise,
+                least=least,
             )
             alarms[promise] += found.status == "drifted"
     return {
@@ -72,7 +82,9 @@ def changed(seeds: int, cycles: int, name: str, referred: bool) -> dict[str, Any
     for seed in range(seeds):
         model, reference = identified(seed, min(cycles, 60), "auto", True)
         result = dehyst.drift(
-            model, cycling_log(seed, cycles, wear, minor=True), reference=reference if referred else None
+            model,
+            cycling_log(seed, cycles, wear, minor=True),
+            reference=reference if referred else None,
         )
         change = result.change(part)
         found += change.drifted
@@ -91,7 +103,11 @@ def accepted(seeds: int, cycles: int, wear: Mapping[str, Course | float]) -> dic
         model, _ = identified(seed, 40, "auto", True)
         result = dehyst.drift(model, cycling_log(seed, cycles, wear, minor=True), refit=True)
         count += result.acceptance is not None and result.acceptance.accepted
-    return {"wear": {k: v for k, v in wear.items() if not callable(v)}, "cycles": cycles, "accepted": count / seeds}
+    return {
+        "wear": {k: v for k, v in wear.items() if not callable(v)},
+        "cycles": cycles,
+        "accepted": count / seeds,
+    }
 
 
 # Rigs of the table of verdicts, and how they are moved and compared.
@@ -103,14 +119,19 @@ RIGS: dict[str, dict[str, Course | float]] = {
     "offset 0.3 deg (1 % of range)": {"offset": 0.3},
     "creep 3 times as large": {"creep": 3.0},
 }
-MOTIONS = ("designed for drift, reference", "12 cycles, reference", "12 cycles, no reference", "6 cycles, reference")
+MOTIONS = (
+    "designed for drift, reference",
+    "12 cycles, reference",
+    "12 cycles, no reference",
+    "6 cycles, reference",
+)
 
 
 def moved(motion: str, seed: int, wear: Mapping[str, Course | float]) -> dehyst.Recording:
     """Log of a rig moved as a row of the table says."""
     if not motion.startswith("designed"):
         return cycling_log(seed, int(motion.split()[0]), wear, minor=True)
-    plan = dehyst.design_drift_motion(-2.0, 2.0, rate=2.0, unit="bar")
+    plan = dehyst.design.design_drift_motion(-2.0, 2.0, rate=2.0, unit="bar")
     t, x, _ = plan.signal(0.1)
     return logged(np.random.default_rng(seed), x, t, wear)
 
@@ -119,7 +140,9 @@ def verdicts(motion: str, rig: str, seeds: int) -> dict[str, Any]:
     """How often which verdict, over so many rigs, each with a model of its own from another log of 24 cycles."""
     counts = dict.fromkeys(("drifted", "unchanged", "cannot tell", "not comparable"), 0)
     for seed in range(seeds):
-        model = dehyst.identify(cycling_log(10_000 + seed, 24, minor=True), "modified-pi", n=20).model
+        model = dehyst.identify(
+            cycling_log(10_000 + seed, 24, minor=True), "modified-pi", n=20
+        ).model
         reference = None if "no ref" in motion else moved(motion, 20_000 + seed, {})
         counts[dehyst.drift(model, moved(motion, seed, RIGS[rig]), reference=reference).status] += 1
     return {"motion": motion, "rig": rig, "seeds": seeds, **counts}
@@ -137,20 +160,29 @@ def renewed(motion: str, seed: int) -> tuple[bool, tuple[float, float, float]]:
     found = dehyst.drift(old, logs, reference=reference, refit=True)
     fresh = dehyst.identify(logs, "modified-pi", n=20, train_fraction=1.0).model
     truth = cycling_log(30_000 + seed, 24, worn, minor=True, noise=0.0)
-    misses = [model.simulate(truth.input)[200:] - truth.output[200:] for model in (old, found.model, fresh)]
+    misses = [
+        model.simulate(truth.input)[200:] - truth.output[200:]
+        for model in (old, found.model, fresh)
+    ]
     accepted = found.acceptance is not None and found.acceptance.accepted
     return accepted, tuple(float(np.sqrt(np.mean(miss**2))) for miss in misses)  # type: ignore[return-value]
 
 
 def refits(seeds: int) -> int:
     """Print true errors; 1 if a refit that was accepted is not level with a fresh identification."""
-    print("| motion | rigs | accepted | old | after --refit | fresh |\n|---|---:|---:|---:|---:|---:|", flush=True)
+    print(
+        "| motion | rigs | accepted | old | after --refit | fresh |\n|---|---:|---:|---:|---:|---:|",
+        flush=True,
+    )
     level = True
     for motion in (motion for motion in MOTIONS if "no ref" not in motion):
         found = [renewed(motion, seed) for seed in range(seeds)]
         old, new, fresh = np.median([errors for _, errors in found], axis=0)
         accepted = sum(yes for yes, _ in found)
-        print(f"| {motion} | {seeds} | {accepted} | {old:.2f} deg | {new:.3f} deg | {fresh:.3f} deg |", flush=True)
+        print(
+            f"| {motion} | {seeds} | {accepted} | {old:.2f} deg | {new:.3f} deg | {fresh:.3f} deg |",
+            flush=True,
+        )
         level &= all(errors[1] <= 1.01 * errors[2] for yes, errors in found if yes)
     return int(not level)
 
@@ -158,19 +190,25 @@ def refits(seeds: int) -> int:
 def beyond_chance(rate: float, seeds: int, promise: float) -> bool:
     """Whether so many alarms happen less than once in a thousand times if the promise is kept."""
     count = round(rate * seeds)
-    tail = sum(math.comb(seeds, k) * promise**k * (1 - promise) ** (seeds - k) for k in range(count, seeds + 1))
+    tail = sum(
+        math.comb(seeds, k) * promise**k * (1 - promise) ** (seeds - k)
+        for k in range(count, seeds + 1)
+    )
     return tail < 1e-3
 
 
 def table(seeds: int) -> int:
     """Print how often which verdict; 1 if false alarms are beyond what was promised, by more than chance."""
-    print("| motion | rig | drifted | cannot tell | unchanged |\n|---|---|---:|---:|---:|", flush=True)
+    print(
+        "| motion | rig | drifted | cannot tell | unchanged |\n|---|---|---:|---:|---:|", flush=True
+    )
     broken = False
     for motion in MOTIONS:
         for rig in RIGS:
             row = verdicts(motion, rig, seeds if rig == "unchanged" else max(5, seeds // 4))
             shares = " | ".join(
-                f"{100 * row[key] / row['seeds']:.1f} %" for key in ("drifted", "cannot tell", "unchanged")
+                f"{100 * row[key] / row['seeds']:.1f} %"
+                for key in ("drifted", "cannot tell", "unchanged")
             )
             print(f"| {motion} | {rig} ({row['seeds']}) | {shares} |", flush=True)
             broken |= rig == "unchanged" and beyond_chance(row["drifted"] / seeds, seeds, 0.01)
@@ -179,11 +217,17 @@ def table(seeds: int) -> int:
 
 def main() -> int:
     """Run all, print rows, write them with --json."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--seeds", type=int, default=200)
     parser.add_argument("--json", type=Path, default=None)
-    parser.add_argument("--verdicts", action="store_true", help="only how often which verdict, as a table")
-    parser.add_argument("--refits", action="store_true", help="only what a new model is worth, as a table")
+    parser.add_argument(
+        "--verdicts", action="store_true", help="only how often which verdict, as a table"
+    )
+    parser.add_argument(
+        "--refits", action="store_true", help="only what a new model is worth, as a table"
+    )
     given = parser.parse_args()
     if given.refits:
         return refits(given.seeds)
@@ -200,7 +244,11 @@ def main() -> int:
         (12, "auto", True, True, 6, 0.0), (12, "auto", True, True, 1, None), (12, "auto", False, True, 1, None),
         (12, "pi", False, False, 1, None), (40, "auto", False, True, 1, None),
     ):  # fmt: skip
-        add(lambda c=cycles, f=family, r=referred, m=minor, n=logs, d=least: quietly(given.seeds, c, f, r, m, n, d))
+        add(
+            lambda c=cycles, f=family, r=referred, m=minor, n=logs, d=least: quietly(
+                given.seeds, c, f, r, m, n, d
+            )
+        )
     add(lambda: quietly(max(5, given.seeds // 4), 490, "auto", True, True, 1, None))
     for name in CHANGES:
         for referred in (True, False):

@@ -100,7 +100,12 @@ def logged(
 
 
 def _drive(
-    random: np.random.Generator, cycles: int, rate: float, uneven: float, minor: bool, amplitude: float
+    random: np.random.Generator,
+    cycles: int,
+    rate: float,
+    uneven: float,
+    minor: bool,
+    amplitude: float,
 ) -> tuple[Array, Array]:
     """Half sines from tip to tip, preceded by one large cycle that is not counted."""
     size = amplitude * (1.0 + uneven * random.standard_normal(2 * cycles + 2)).clip(0.8, 1.05)
@@ -112,7 +117,10 @@ def _drive(
     parts = [np.zeros(1)]
     for before, after in zip(np.r_[0.0, tips[:-1]], tips, strict=True):
         steps = max(4, round(rate * 0.5 * PERIOD * (1.0 + uneven * random.standard_normal())))
-        parts.append(before + (after - before) * 0.5 * (1.0 - np.cos(np.pi * np.arange(1, steps + 1) / steps)))
+        parts.append(
+            before
+            + (after - before) * 0.5 * (1.0 - np.cos(np.pi * np.arange(1, steps + 1) / steps))
+        )
     x = np.concatenate(parts)
     return x, np.arange(x.size) / rate
 

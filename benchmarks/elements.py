@@ -41,9 +41,20 @@ STEP = "dehyst_element_block_step"
 def build(folder: Path, compiler: str | None = None) -> Path:
     """Compile the driver with the core; return the program."""
     program = folder / "elements"
-    sources = [ROOT / "benchmarks" / "elements.c", *sorted((ROOT / "core").glob("*.c"))]
+    sources = [
+        ROOT / "benchmarks" / "elements.c",
+        *sorted((ROOT / "packages" / "dehyst" / "core").glob("*.c")),
+    ]
     chosen = compiler or os.environ.get("CC", "cc")
-    command = [chosen, *FLAGS, f"-I{ROOT / 'core'}", *map(str, sources), "-o", str(program), "-lm"]
+    command = [
+        chosen,
+        *FLAGS,
+        f"-I{ROOT / 'packages' / 'dehyst' / 'core'}",
+        *map(str, sources),
+        "-o",
+        str(program),
+        "-lm",
+    ]
     subprocess.run(command, check=True)
     return program
 
@@ -52,7 +63,12 @@ def instructions(program: Path, direction: str, n: int, signal: str) -> float:
     """Mean number of instructions of a step, by callgrind; the driver makes the outputs by steps forward first."""
     counts = []
     for runs in (1, 2):
-        tool = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", f"--toggle-collect={STEP}"]
+        tool = [
+            "valgrind",
+            "--tool=callgrind",
+            "--callgrind-out-file=/dev/null",
+            f"--toggle-collect={STEP}",
+        ]
         words = [str(program), direction, str(n), signal, str(SAMPLES), str(runs)]
         done = subprocess.run([*tool, *words], capture_output=True, text=True, check=True)
         found = re.search(r"Collected : (\d+)", done.stderr)
@@ -69,7 +85,12 @@ def measure(runs: int, timed: bool) -> list[dict[str, Any]]:
         for (direction, n), signal in itertools.product(INSTRUCTIONS, SIGNALS):
             words = [str(program), direction, str(n), signal, str(SAMPLES), str(runs)]
             said = subprocess.run(words, capture_output=True, text=True, check=True).stdout.split()
-            row: dict[str, Any] = {"step": direction, "n": n, "signal": signal, "rounds": float(said[1])}
+            row: dict[str, Any] = {
+                "step": direction,
+                "n": n,
+                "signal": signal,
+                "rounds": float(said[1]),
+            }
             row |= {"most rounds": int(said[2]), "error": float(said[3])}
             if timed:
                 row["ns"] = float(said[0])
@@ -94,9 +115,13 @@ def missed(rows: list[dict[str, Any]]) -> list[str]:
 
 def main() -> None:
     """Measure, print, and fail if a limit is missed."""
-    parser = argparse.ArgumentParser(description="One step of a block of 10 or 40 elements, forward and inverse.")
+    parser = argparse.ArgumentParser(
+        description="One step of a block of 10 or 40 elements, forward and inverse."
+    )
     parser.add_argument("--runs", type=int, default=200, help="over the signal; the fastest counts")
-    parser.add_argument("--instructions", action="store_true", help="count only: the same on a busy machine")
+    parser.add_argument(
+        "--instructions", action="store_true", help="count only: the same on a busy machine"
+    )
     parser.add_argument("--json", action="store_true", help="print JSON and nothing else")
     options = parser.parse_args()
     if shutil.which(os.environ.get("CC", "cc")) is None:
@@ -109,7 +134,10 @@ def main() -> None:
         print(", ".join(f"{key} {value}" for key, value in machine().items()))
         for row in rows:
             print(
-                "  ".join(f"{key} {value:.4g}" if not isinstance(value, str) else value for key, value in row.items())
+                "  ".join(
+                    f"{key} {value:.4g}" if not isinstance(value, str) else value
+                    for key, value in row.items()
+                )
             )
     faults = missed(rows)
     if faults:

@@ -5,13 +5,12 @@
 
 All models of a run go into one program: each with the two files that `dehyst export` would write for it, the core
 beside them as it is. In double every output and every flag must agree to the bit; in float outputs must lie within
-1e-5 of the output's range. The result is kept in benchmarks/results/exports.json.
+1e-5 of the output's range.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 import shutil
 import subprocess
 import sys
@@ -28,10 +27,10 @@ from target.random_blocks import Trial, trials
 
 from dehyst.export import core_files, subject_of
 from dehyst.export.c import unit_files
-from dehyst.export.compilers import version_of
 
-RESULTS = Path(__file__).resolve().parent / "results" / "exports.json"
-BUILDS = tuple((compiler, level) for compiler in ("gcc", "clang") for level in ("-O0", "-O1", "-O2", "-O3"))
+BUILDS = tuple(
+    (compiler, level) for compiler in ("gcc", "clang") for level in ("-O0", "-O1", "-O2", "-O3")
+)
 TOLERANCE = 1e-5  # in float, of the output's range
 FUNCTIONS = tuple(f"dehyst_block_{name}" for name in ("reset", "step", "save", "restore"))
 
@@ -103,10 +102,14 @@ def write_sources(runs: list[Trial], folder: Path) -> None:
     names = [f"unit_{k}" for k in range(len(runs))]
     program = ["#include <stdio.h>"]
     for name, run in zip(names, runs, strict=True):
-        low, high = (("output_low", "output_high"), ("input_low", "input_high"))[run.block.direction == "forward"]
+        low, high = (("output_low", "output_high"), ("input_low", "input_high"))[
+            run.block.direction == "forward"
+        ]
         bounds = getattr(run.block.parameters, low), getattr(run.block.parameters, high)
         block = run.block
-        subject = subject_of(block.model, block.direction, name=name, real=real, range=bounds, ramp=block.ramp)
+        subject = subject_of(
+            block.model, block.direction, name=name, real=real, range=bounds, ramp=block.ramp
+        )
         for file, content in unit_files(subject).items():
             (folder / file).write_text(str(content), encoding="utf-8")
         program.append(f'#include "{name}.c"{UNIT.format(name=name)}')
@@ -118,17 +121,35 @@ def signals(runs: list[Trial]) -> bytes:
     """Return what the program reads: inputs and on/off of each model."""
     kind = np.float32 if runs[0].real == "float" else np.float64
     with np.errstate(over="ignore"):
-        return b"".join(run.case.x.astype(kind).tobytes() + run.case.on.astype(np.uint8).tobytes() for run in runs)
+        return b"".join(
+            run.case.x.astype(kind).tobytes() + run.case.on.astype(np.uint8).tobytes()
+            for run in runs
+        )
 
 
-def outcome(runs: list[Trial], folder: Path, compiler: str, level: str, standard: str = "-std=c99") -> Outcome:
+def outcome(
+    runs: list[Trial], folder: Path, compiler: str, level: str, standard: str = "-std=c99"
+) -> Outcome:
     """Compile, run, compare."""
     begin = time.perf_counter()
     program = folder / f"program{compiler}{level}"
-    core = sorted(str(folder / name) for name in core_files.needed(FUNCTIONS) if name.endswith(".c"))
-    command = [compiler, standard, level, "-ffp-contract=off", "-I", str(folder), "-o", str(program)]
+    core = sorted(
+        str(folder / name) for name in core_files.needed(FUNCTIONS) if name.endswith(".c")
+    )
+    command = [
+        compiler,
+        standard,
+        level,
+        "-ffp-contract=off",
+        "-I",
+        str(folder),
+        "-o",
+        str(program),
+    ]
     subprocess.run([*command, str(folder / "program.c"), *core], check=True)
-    said = subprocess.run([str(program)], input=signals(runs), capture_output=True, check=True).stdout
+    said = subprocess.run(
+        [str(program)], input=signals(runs), capture_output=True, check=True
+    ).stdout
     kind = np.dtype(np.float32 if runs[0].real == "float" else np.float64)
     wrong, worst, at = 0, 0.0, 0
     for run in runs:
@@ -140,27 +161,34 @@ def outcome(runs: list[Trial], folder: Path, compiler: str, level: str, standard
         error = float(np.max(np.abs(y - expected))) / run.range()
         worst = max(worst, error)
         if run.real == "double":
-            wrong += not (np.array_equal(y.view(np.uint64), expected.view(np.uint64)) and np.array_equal(flags, raised))
+            wrong += not (
+                np.array_equal(y.view(np.uint64), expected.view(np.uint64))
+                and np.array_equal(flags, raised)
+            )
         else:
             wrong += not (error <= TOLERANCE and np.array_equal(flags & 3, raised & 3))
     if at != len(said):
         raise ValueError(f"the program answered {len(said)} bytes, not {at}")
-    return Outcome(f"{compiler} {level}", len(runs), size, wrong, worst, time.perf_counter() - begin)
+    return Outcome(
+        f"{compiler} {level}", len(runs), size, wrong, worst, time.perf_counter() - begin
+    )
 
 
 def main() -> None:
-    """Run all builds that this machine has, print a table, keep the result."""
+    """Run all builds that this machine has, and print a table."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--models", type=int, default=1000)
     parser.add_argument("--samples", type=int, default=1000)
     arguments = parser.parse_args()
-    rows, bad = [], 0
+    bad = 0
     for real in ("double", "float"):
         runs = trials(arguments.models, arguments.samples, real, seed=17)
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
             write_sources(runs, folder)
-            for compiler, level in BUILDS if real == "double" else (("gcc", "-O2"), ("clang", "-O2")):
+            for compiler, level in (
+                BUILDS if real == "double" else (("gcc", "-O2"), ("clang", "-O2"))
+            ):
                 if shutil.which(compiler) is None:
                     print(f"{compiler} is not installed: skipped")
                     continue
@@ -170,10 +198,6 @@ def main() -> None:
                     f"{real:6} {found.build:10} {found.models} models x {found.samples} samples: {found.wrong} differ, "
                     f"largest error {found.worst:.1e} of the range, {found.seconds:.1f} s"
                 )
-                rows.append({"real": real, **{key: value for key, value in vars(found).items() if key != "seconds"}})
-    if arguments.models >= 1000 and arguments.samples >= 1000:
-        compilers = {name: version_of(name) for name in ("gcc", "clang") if shutil.which(name)}
-        RESULTS.write_text(json.dumps({"compilers": compilers, "builds": rows}, indent=1) + "\n", encoding="utf-8")
     sys.exit(1 if bad else 0)
 
 

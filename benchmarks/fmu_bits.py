@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from dehyst.export import subject_of
-from dehyst.export.fmu import sources
-from dehyst.export.fmu.package import package
-from dehyst.export.fmu.verification import run
-from dehyst.export.signal import same_bits
+from dehyst.export._signal import same_bits
+from dehyst_targets.fmu import _sources as sources
+from dehyst_targets.fmu import package
+from dehyst_targets.fmu._verification import run_fmu
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
@@ -34,13 +34,17 @@ def agrees(seed, folder):
     for version in (2, 3):
         path = folder / f"{version}.fmu"
         path.write_bytes(package(subject, version).fmu)
-        outputs, flags = run(path, subject, subject.test)
-        good &= same_bits(outputs, subject.test.outputs) and np.array_equal(flags, subject.test.flags)
+        outputs, flags = run_fmu(path, subject, subject.test)
+        good &= same_bits(outputs, subject.test.outputs) and np.array_equal(
+            flags, subject.test.flags
+        )
     return good, subject.test.samples
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--models", type=int, default=1000)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--level", default="-O0")
@@ -56,7 +60,11 @@ def main():
                 wrong.append(seed)
     print(
         f"{asked.models} models, FMI 2.0 and 3.0, {samples} samples in {time.perf_counter() - begin:.0f} s: "
-        + (f"models {wrong[:20]} differ" if wrong else "all outputs and flags have the bits of the model")
+        + (
+            f"models {wrong[:20]} differ"
+            if wrong
+            else "all outputs and flags have the bits of the model"
+        )
     )
     return 1 if wrong else 0
 

@@ -10,19 +10,20 @@ and no sample depends on a measurement of its own or later. Errors are rms, perc
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import sys
 from pathlib import Path
 from typing import Any
 
+from result_files import save
+
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
-from compare import DATA, Log, recording, runs_of, tidy
+from compare import DATA, Log, recording, runs_of
 
 import dehyst
-from dehyst.models.offset import following, offset_numbers, width
+from dehyst.models._offset import following, offset_numbers, range_width
 
 RESULTS = Path(__file__).parent / "results" / "following.json"
 LIMITS = (0.02, 0.1)  # of the output's range
@@ -34,8 +35,10 @@ def measured(log: Log, name: str) -> dict[str, Any]:
     fit = dehyst.identify(record, purpose="simulate")
     half = fit.test_masks[0]
     said, seen, card = fit.predictions[0][half], record.output[half], fit.model.card
-    span = fit.test.rmse / fit.test.rmse_percent  # a percent of the range that errors of this fit are scored by
-    sizes = width(card.output, seen), width(card.input, record.input[half])
+    span = (
+        fit.test.rmse / fit.test.rmse_percent
+    )  # a percent of the range that errors of this fit are scored by
+    sizes = range_width(card.output, seen), range_width(card.input, record.input[half])
 
     def error(answer: np.ndarray) -> float:
         return float(np.sqrt(np.mean((answer - seen) ** 2))) / span
@@ -46,7 +49,9 @@ def measured(log: Log, name: str) -> dict[str, Any]:
         "bias_percent": float(np.mean(seen - said)) / span,
         "without": error(said),
         "with": {
-            str(limit): error(following(record.input[half], said, seen, offset_numbers(limit, *sizes)))
+            str(limit): error(
+                following(record.input[half], said, seen, offset_numbers(limit, *sizes))
+            )
             for limit in LIMITS
         },
     }
@@ -65,7 +70,9 @@ def summary(runs: list[dict[str, Any]], limit: float) -> tuple[float, float, flo
 
 def main() -> int:
     """Measure, print, save."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--save", action="store_true", help=f"write {RESULTS.name}")
     given = parser.parse_args()
     runs = []
@@ -73,12 +80,16 @@ def main() -> int:
         run = measured(log, name)
         runs.append(run)
         shown = "  ".join(f"{limit}: {error:6.3f}" for limit, error in run["with"].items())
-        print(f"{log.name + '/' + name:34s} bias {run['bias_percent']:6.2f}  without {run['without']:6.3f}  {shown}")
+        print(
+            f"{log.name + '/' + name:34s} bias {run['bias_percent']:6.2f}  without {run['without']:6.3f}  {shown}"
+        )
     for limit in LIMITS:
         mean, least, most = summary(runs, limit)
-        print(f"within {limit}: {mean:.2f} of the error in the geometric mean, {least:.2f} to {most:.2f}")
+        print(
+            f"within {limit}: {mean:.2f} of the error in the geometric mean, {least:.2f} to {most:.2f}"
+        )
     if given.save:
-        RESULTS.write_text(json.dumps(tidy({"runs": runs}), indent=1) + "\n", encoding="utf-8")
+        save(RESULTS, {"runs": runs})
     return 0
 
 

@@ -23,17 +23,21 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from dehyst.errors import ParameterError, SimulationError
-from dehyst.robot.arm.parameters import Robot, load_robot
-from dehyst.robot.commands.reproduce import QUICK
-from dehyst.robot.experiments.calibration import calibrate
-from dehyst.robot.experiments.equipment import Equipment, equip
-from dehyst.robot.experiments.gains import at_pole, highest_pole
-from dehyst.robot.experiments.identification import identify_compensators
-from dehyst.robot.experiments.output import joint_figures
-from dehyst.robot.experiments.path import plan_path
-from dehyst.robot.experiments.recipes import recipe
-from dehyst.robot.experiments.results import TRIALS, JointIdentification
-from dehyst.robot.experiments.trials import run_trial
+from dehyst_robot.arm import Robot, load_robot
+from dehyst_robot.commands._reproduce import QUICK
+from dehyst_robot.experiments import (
+    Equipment,
+    JointIdentification,
+    calibrate,
+    equip,
+    plan_path,
+    run_trial,
+)
+from dehyst_robot.experiments._gains import at_pole, highest_pole
+from dehyst_robot.experiments._identification import identify_compensators
+from dehyst_robot.experiments._output import joint_figures
+from dehyst_robot.experiments._recipes import recipe
+from dehyst_robot.experiments._results import TRIALS
 
 OUT = Path(__file__).parents[1] / "docs" / "generate" / "gains.csv"
 COLUMNS = (
@@ -65,7 +69,11 @@ EFFECTS: dict[str, list[str]] = {
         "tolerance.middle",
     ],
     "supply": ["air.supply_volume_l"],
-    "sensors": ["sensors.angle_offset_deg", "sensors.pressure_offset_bar", "sensors.pressure_drift_bar"],
+    "sensors": [
+        "sensors.angle_offset_deg",
+        "sensors.pressure_offset_bar",
+        "sensors.pressure_drift_bar",
+    ],
     "warmth": [f"muscle.{m}.warming_K_W" for m in MUSCLES],
     "scatter": ["hysteresis.scatter"],
     "pressure loops": ["hysteresis.pressure_strain_1_bar"],
@@ -89,11 +97,19 @@ def equipped(robot: Robot, joints: tuple[int, ...], seed: int) -> dict[str, Equi
     for n, found in calibrated.items():
         wanted = {name: (recipe(name), found) for name in identified}
         with tempfile.TemporaryDirectory() as folder:
-            for name, one in identify_compensators(robot, n, wanted, Path(folder), seed=seed).items():
+            for name, one in identify_compensators(
+                robot, n, wanted, Path(folder), seed=seed
+            ).items():
                 identified[name][n] = one
                 if not one.accepted:
-                    print(f"joint {n}, seed {seed}: '{name}' is refused, it leaves {one.unexplained:.2f}", flush=True)
-    kits = {name: equip(robot, calibrated, x, seed, adaptive=recipe(name).adaptive) for name, x in identified.items()}
+                    print(
+                        f"joint {n}, seed {seed}: '{name}' is refused, it leaves {one.unexplained:.2f}",
+                        flush=True,
+                    )
+    kits = {
+        name: equip(robot, calibrated, x, seed, adaptive=recipe(name).adaptive)
+        for name, x in identified.items()
+    }
     return {"off": equip(robot, calibrated, {}, seed), **kits}
 
 
@@ -118,34 +134,59 @@ def measured(case: Case, poles: list[float], trials: list[str], once: bool) -> I
                 except (SimulationError, ParameterError):
                     rms = dict.fromkeys(joints, float("nan"))
                 for n in joints:
-                    yield (*case, n, name, round(pole, 2), int(pole == highest), trial, round(rms[n], 3))
+                    yield (
+                        *case,
+                        n,
+                        name,
+                        round(pole, 2),
+                        int(pole == highest),
+                        trial,
+                        round(rms[n], 3),
+                    )
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--conditions", nargs="+", default=["kind", "realistic"], choices=["kind", "realistic"])
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--conditions", nargs="+", default=["kind", "realistic"], choices=["kind", "realistic"]
+    )
     parser.add_argument("--mechanisms", nargs="+", default=["maxwell-slip", "preisach", "dahl"])
-    parser.add_argument("--moving", nargs="+", default=["1", "2", "4"], help="joints alone, or together: 1+2+4")
+    parser.add_argument(
+        "--moving", nargs="+", default=["1", "2", "4"], help="joints alone, or together: 1+2+4"
+    )
     parser.add_argument("--seeds", nargs="+", type=int, default=[0])
     parser.add_argument("--poles", nargs="+", type=float, default=[6.0, 12.0, 18.0, 24.0, 36.0])
     parser.add_argument("--trials", nargs="+", default=list(TRIALS), choices=TRIALS)
-    parser.add_argument("--without", nargs="+", default=[], choices=list(EFFECTS), help="of the realistic plant")
-    parser.add_argument("--once", action="store_true", help="search the highest pole without compensator, for all")
+    parser.add_argument(
+        "--without", nargs="+", default=[], choices=list(EFFECTS), help="of the realistic plant"
+    )
+    parser.add_argument(
+        "--once", action="store_true", help="search the highest pole without compensator, for all"
+    )
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--out", type=Path, default=OUT)
     options = parser.parse_args()
-    warnings.simplefilter("ignore", UserWarning)  # of trials at gains at which something is wrong on purpose
+    warnings.simplefilter(
+        "ignore", UserWarning
+    )  # of trials at gains at which something is wrong on purpose
     conditions = [f"realistic without {effect}" for effect in options.without] or options.conditions
     cases = itertools.product(options.seeds, conditions, options.mechanisms, options.moving)
     done = set()
     if options.out.exists():
         with options.out.open(encoding="utf-8", newline="") as file:
-            done = {(r["conditions"], r["mechanism"], r["moving"], int(r["seed"])) for r in csv.DictReader(file)}
+            done = {
+                (r["conditions"], r["mechanism"], r["moving"], int(r["seed"]))
+                for r in csv.DictReader(file)
+            }
     else:
         options.out.write_text(",".join(COLUMNS) + "\n", encoding="utf-8")
     wanted = [case for seed, c, m, n in cases if (case := (c, m, n, seed)) not in done]
     with ThreadPoolExecutor(options.jobs) as pool:  # the simulation does not hold Python's lock
-        for rows in pool.map(lambda case: list(measured(case, options.poles, options.trials, options.once)), wanted):
+        for rows in pool.map(
+            lambda case: list(measured(case, options.poles, options.trials, options.once)), wanted
+        ):
             with options.out.open("a", encoding="utf-8", newline="") as file:
                 csv.writer(file, lineterminator="\n").writerows(rows)
             print(*rows[0][:4], "done", flush=True)

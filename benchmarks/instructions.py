@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
+KERNEL = ROOT / "packages" / "dehyst"
 DRIVER = ROOT / "benchmarks" / "speed" / "driver.c"
 FLAGS = ("-O3", "-std=c11", "-ffp-contract=off")
 LEVELS: dict[str, tuple[str, ...]] = {
@@ -60,19 +61,28 @@ def build(folder: Path) -> tuple[Path, list[str]]:
     compiler = os.environ.get("CC", "cc")
     x86 = platform.machine().lower() in ("x86_64", "amd64")
     levels = [level for level in LEVELS if level == "portable" or x86]
-    include = [f"-I{ROOT / 'engine'}", f"-I{ROOT / 'core'}"]
+    include = [
+        f"-I{ROOT / 'packages' / 'dehyst' / 'engine'}",
+        f"-I{ROOT / 'packages' / 'dehyst' / 'core'}",
+    ]
     has = [f"-DENGINE_HAS_{level.upper()}" for level in levels]
     objects = []
 
     def compile_one(source: Path, name: str, *extra: str) -> None:
         target = folder / f"{name}.o"
-        subprocess.run([compiler, *FLAGS, *include, *extra, "-c", str(source), "-o", str(target)], check=True)
+        subprocess.run(
+            [compiler, *FLAGS, *include, *extra, "-c", str(source), "-o", str(target)], check=True
+        )
         objects.append(str(target))
 
-    for source in [DRIVER, *sorted((ROOT / "engine").glob("*.c")), *sorted((ROOT / "core").glob("*.c"))]:
+    for source in [
+        DRIVER,
+        *sorted((KERNEL / "engine").glob("*.c")),
+        *sorted((KERNEL / "core").glob("*.c")),
+    ]:
         compile_one(source, f"{source.parent.name}_{source.stem}", *has)
     for level in levels:
-        for source in sorted((ROOT / "engine" / "lanes").glob("*.c")):
+        for source in sorted((KERNEL / "engine" / "lanes").glob("*.c")):
             compile_one(source, f"{level}_{source.stem}", *LEVELS[level])
     driver = folder / "driver"
     subprocess.run([compiler, *objects, "-o", str(driver), "-lm"], check=True)
@@ -81,7 +91,12 @@ def build(folder: Path) -> tuple[Path, list[str]]:
 
 def count(driver: Path, what: str, level: str, n: int, signal: str, samples: int) -> float:
     """Instructions a sample within the one function that is counted."""
-    tool = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", "--collect-atstart=no"]
+    tool = [
+        "valgrind",
+        "--tool=callgrind",
+        "--callgrind-out-file=/dev/null",
+        "--collect-atstart=no",
+    ]
     tool.append(f"--toggle-collect={COUNTED[what]}")
     arguments = [what, str(list(LEVELS).index(level)), str(n), signal, str(samples)]
     done = subprocess.run(
@@ -113,7 +128,9 @@ def measure(samples: int) -> list[dict[str, Any]]:
 
 def main() -> None:
     """Count, print, and fail if a limit is missed."""
-    parser = argparse.ArgumentParser(description="Instructions a sample of the engine, by callgrind.")
+    parser = argparse.ArgumentParser(
+        description="Instructions a sample of the engine, by callgrind."
+    )
     parser.add_argument("--samples", type=int, default=SAMPLES, help="of every signal")
     parser.add_argument("--json", action="store_true", help="print JSON and nothing else")
     options = parser.parse_args()
@@ -132,7 +149,11 @@ def main() -> None:
                 f"{row['what']:10} {row['level']:10} {row['n']:6} {row['signal']:8} {row['instructions']:9.1f} "
                 f"{row['limit']:9.0f}  {'ok' if row['ok'] else 'MISSED'}"
             )
-    missed = [f"{row['what']} {row['level']} n = {row['n']} {row['signal']}" for row in rows if not row["ok"]]
+    missed = [
+        f"{row['what']} {row['level']} n = {row['n']} {row['signal']}"
+        for row in rows
+        if not row["ok"]
+    ]
     if missed:
         sys.exit("too many instructions:\n  " + "\n  ".join(missed))
 

@@ -8,18 +8,18 @@ Writes results/integrator.json, from which docs/build.py draws the picture of do
 from __future__ import annotations
 
 import argparse
-import json
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from result_files import save
 from studies.alone import DISTURBANCE, Alone, follow, identified_alone
 from studies.hold import gains, hold
 from studies.robustness import without
 
-from dehyst.robot.arm.parameters import load_robot
-from dehyst.robot.experiments.path import plan_path
+from dehyst_robot.arm import load_robot
+from dehyst_robot.experiments import plan_path
 
 PLANTS = ("maxwell-slip", "preisach", "dahl")
 RESULTS = Path(__file__).parent / "results" / "integrator.json"
@@ -32,10 +32,18 @@ def measured(plant: str, seed: int) -> dict[str, Any]:
     joint = identified_alone(robot, plan_path(robot), seed=seed)
     found: dict[str, Any] = {}
     for name, one in (("off", without(joint)), ("on", joint)):
-        found[name] = {"gains": [asdict(gain) for gain in gains(one)], "rest": rest(one), "drift": drift(one)}
+        found[name] = {
+            "gains": [asdict(gain) for gain in gains(one)],
+            "rest": rest(one),
+            "drift": drift(one),
+        }
     observed = follow(joint, "slow_no_integrator", DISTURBANCE).figures()
     both = follow(joint, "slow", DISTURBANCE).figures()
-    found["observer"] = {"rms_deg": observed[0], "max_deg": observed[1], "rest": rest(joint, DISTURBANCE)}
+    found["observer"] = {
+        "rms_deg": observed[0],
+        "max_deg": observed[1],
+        "rest": rest(joint, DISTURBANCE),
+    }
     found["observer and integrator"] = {"rms_deg": both[0], "max_deg": both[1]}
     return found
 
@@ -43,7 +51,10 @@ def measured(plant: str, seed: int) -> dict[str, Any]:
 def rest(joint: Alone, switches: int = 0) -> dict[str, list[float]]:
     """Error while the joint rests without integrator."""
     held = hold(joint, switches)
-    return {"time_s": held.time[::EVERY].round(1).tolist(), "error_deg": held.error[::EVERY].round(4).tolist()}
+    return {
+        "time_s": held.time[::EVERY].round(1).tolist(),
+        "error_deg": held.error[::EVERY].round(4).tolist(),
+    }
 
 
 def drift(joint: Alone) -> dict[str, Any]:
@@ -53,17 +64,27 @@ def drift(joint: Alone) -> dict[str, Any]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--plants", nargs="+", default=list(PLANTS))
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     with ThreadPoolExecutor() as pool:  # the simulation does not hold Python's lock
-        found = dict(zip(options.plants, pool.map(lambda p: measured(p, options.seed), options.plants), strict=True))
-    RESULTS.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        found = dict(
+            zip(
+                options.plants,
+                pool.map(lambda p: measured(p, options.seed), options.plants),
+                strict=True,
+            )
+        )
+    save(RESULTS, found)
     for plant, figures in found.items():
         for name in ("off", "on"):
             row = "  ".join(f"{g['gain']:g}: {g['rms_deg']:.4f}" for g in figures[name]["gains"])
-            print(f"{plant:13s} {name:3s} {row}  drift {1e3 * figures[name]['drift']['slope_Nm_s']:.2f} mNm/s")
+            print(
+                f"{plant:13s} {name:3s} {row}  drift {1e3 * figures[name]['drift']['slope_Nm_s']:.2f} mNm/s"
+            )
         print(f"{plant:13s} observer instead of integrator: {figures['observer']['rms_deg']:.4f}")
 
 

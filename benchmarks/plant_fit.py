@@ -17,10 +17,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from result_files import save
 
-from dehyst.robot.arm.parameters import Robot, load_robot
-from dehyst.robot.experiments.plant_fit import ALIKE, ALL, UNITS, PlantFit, RigLog, fit_plant, respond
-from dehyst.robot.muscles import measured
+from dehyst_robot.arm import Robot, load_robot
+from dehyst_robot.experiments import PlantFit, RigLog
+from dehyst_robot.experiments._plant_fit import ALIKE, ALL, UNITS, fit_plant, respond
+from dehyst_robot.muscles import kit as muscles_kit
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 FILE = load_robot(conditions="kind")
@@ -30,7 +32,14 @@ DRAWN = (
 )  # fmt: skip
 PSI = 6894.757293168361
 SOFT = {"joint.6.contraction": 0.005, "joint.6.range_deg": 10.0}
-SAROSI = [-4.35573e-5, 281.2237, -32.866, -9.27035e-3, 302.20107e-5, -263.69185]  # DMSP-20-400N of dehyst muscle
+SAROSI = [
+    -4.35573e-5,
+    281.2237,
+    -32.866,
+    -9.27035e-3,
+    302.20107e-5,
+    -263.69185,
+]  # DMSP-20-400N of dehyst muscle
 
 
 def value(robot: Robot, key: str) -> Any:
@@ -48,7 +57,9 @@ def drawn(seed: int, mechanism: str) -> Robot:
             changes[key] = [*(np.exp(rng.normal(0.0, 0.25, 4)) * old[:4]), *old[4:]]
         else:
             factor = min(float(np.exp(rng.normal(0.0, 0.25))), 1.4)
-            changes[key] = [factor * each for each in old] if isinstance(old, list) else factor * old
+            changes[key] = (
+                [factor * each for each in old] if isinstance(old, list) else factor * old
+            )
     return FILE.with_changes(changes | {"hysteresis.mechanism": mechanism})
 
 
@@ -60,7 +71,9 @@ def bench(true: Robot, seed: int) -> RigLog:
     pressure = 1e5 * np.stack([bar, bar], axis=1)
     log = RigLog("bench", "force", np.zeros(k.size), pressure, k, period * np.arange(k.size))
     force = respond(true, 1, log) + rng.normal(0.0, 2.0, k.size)
-    return RigLog("bench", "force", force, pressure + rng.normal(0.0, 250.0, pressure.shape), k, log.time)
+    return RigLog(
+        "bench", "force", force, pressure + rng.normal(0.0, 250.0, pressure.shape), k, log.time
+    )
 
 
 def generated(mechanism: str, seeds: int) -> dict[str, Any]:
@@ -76,7 +89,9 @@ def generated(mechanism: str, seeds: int) -> dict[str, Any]:
             if number.place is not None:
                 truth = truth[0] / file[0] if number.place == ALL else truth[number.place]
             told.setdefault(number.key, []).append(number.told)
-            held.setdefault(number.key, []).append(bool(number.told and abs(number.found - truth) <= number.interval))
+            held.setdefault(number.key, []).append(
+                bool(number.told and abs(number.found - truth) <= number.interval)
+            )
     return {
         "mechanism": mechanism, "seeds": seeds, "before": float(np.median(before)), "after": float(np.median(after)),
         "told": {key: sum(each) for key, each in told.items()}, "of": {key: len(each) for key, each in told.items()},
@@ -90,17 +105,39 @@ def scored(name: str, found: PlantFit) -> dict[str, Any]:
         factor, unit = UNITS[each.log.quantity]
         errors = {key: factor * rms for key, rms in each.errors.items() if math.isfinite(rms)}
         span = factor * float(np.ptp(each.log.response))
-        logs.append({"log": each.log.name, "tested": each.log.tested, "unit": unit, "span": span, "errors": errors})
-    told = [[number.key, number.place, number.found, number.interval] for number in found.numbers if number.told]
+        logs.append(
+            {
+                "log": each.log.name,
+                "tested": each.log.tested,
+                "unit": unit,
+                "span": span,
+                "errors": errors,
+            }
+        )
+    told = [
+        [number.key, number.place, number.found, number.interval]
+        for number in found.numbers
+        if number.told
+    ]
     return {"name": name, "logs": logs, "told": told, "numbers": len(found.numbers)}
 
 
 def measured_map(form: str) -> dict[str, Any]:
     changes: dict[str, object] = {"muscle.dmsp20.length_m": 0.296}
     if form == "exponential":
-        changes |= {"map.sarosi20": {"form": form, "coefficients": SAROSI}, "muscle.dmsp20.map": "sarosi20"}
-    k, p = (each.ravel() for each in np.meshgrid(1 - measured.LENGTH / 0.296, measured.PRESSURE))
-    log = RigLog("DMSP-20-300", "force", measured.FORCE.ravel(), np.stack([p, p], axis=1), k)
+        changes |= {
+            "map.sarosi20": {"form": form, "coefficients": SAROSI},
+            "muscle.dmsp20.map": "sarosi20",
+        }
+    k, p = (
+        each.ravel()
+        for each in np.meshgrid(
+            1 - muscles_kit.MEASURED_LENGTH / 0.296, muscles_kit.MEASURED_PRESSURE
+        )
+    )
+    log = RigLog(
+        "DMSP-20-300", "force", muscles_kit.MEASURED_FORCE.ravel(), np.stack([p, p], axis=1), k
+    )
     return scored(f"measured map, form {form}", fit_plant(FILE.with_changes(changes), 6, [log]))
 
 
@@ -125,20 +162,28 @@ def segment() -> dict[str, Any]:
     rows, logs = table("pneumatic_arm_segment"), []
     for k, run in enumerate(("oct28_exp1", "oct28_exp5", "oct28_exp9")):
         part = rows[(rows["run"] == run) & (rows["time_s"] > 12.0)]
-        pressure = PSI * np.stack([part["pressure_interp_psi"], part["pressure_seg1_pouch1_psi"]], axis=1)
-        tilt = part["tilt_rad"] * np.sign(np.corrcoef(part["pressure_interp_psi"], part["tilt_rad"])[0, 1])
+        pressure = PSI * np.stack(
+            [part["pressure_interp_psi"], part["pressure_seg1_pouch1_psi"]], axis=1
+        )
+        tilt = part["tilt_rad"] * np.sign(
+            np.corrcoef(part["pressure_interp_psi"], part["tilt_rad"])[0, 1]
+        )
         logs.append(RigLog(run, "angle", tilt - tilt.mean(), pressure.clip(min=0.0), np.zeros(part.size),
                            part["time_s"], of_joint=True, tested=k > 0))  # fmt: skip
     return scored("pneumatic_arm_segment", fit_plant(FILE.with_changes(SOFT), 6, logs))
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--seeds", type=int, default=8)
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
     found = {
-        "generated": [generated(mechanism, given.seeds) for mechanism in ("maxwell-slip", "preisach", "dahl")],
+        "generated": [
+            generated(mechanism, given.seeds) for mechanism in ("maxwell-slip", "preisach", "dahl")
+        ],
         "real": [measured_map("tool"), measured_map("exponential")],
     }
     for name, run in (("pam_wrist_joint", wrist), ("pneumatic_arm_segment", segment)):
@@ -146,10 +191,9 @@ def main() -> None:
             found["real"].append(run())
         else:
             print(f"{name} is not in {DATA.parent.name}/{DATA.name} beside the project: left out")
-    text = json.dumps(found, indent=1) + "\n"
     if given.out is not None:
-        given.out.write_text(text, encoding="utf-8")
-    print(text)
+        save(given.out, found)
+    print(json.dumps(found, indent=1))
 
 
 if __name__ == "__main__":

@@ -12,7 +12,6 @@ best candidate in the median of the rigs, or more than 1.3 times on one of them.
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import sys
 import time
@@ -22,16 +21,23 @@ from typing import Any
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
-from compare import tidy
+from result_files import save
 from rigs import APPROACH, MECHANISMS, PERIOD, logged, played
 
 import dehyst
 from dehyst.errors import DehystError
-from dehyst.families.registry import ROWS
+from dehyst.families import ROW_NAMES
 
 RESULTS = Path(__file__).parent / "results" / "ranking.json"
+SHOWN = ("mechanism", "seed", "best", "over_best")  # of a rig, in the file
 SEEDS = range(4)
-CANDIDATES = (*(name for name in ROWS if name != "elements"), "pi", "modified-pi", "direct-inverse", "static")
+CANDIDATES = (
+    *(name for name in ROW_NAMES if name != "elements"),
+    "pi",
+    "modified-pi",
+    "direct-inverse",
+    "static",
+)
 AUTO = "auto"
 MEDIAN, MOST = 1.1, 1.3
 
@@ -58,14 +64,24 @@ def ranked(mechanism: str, seed: int) -> dict[str, Any]:
     for name, y in zip(demands, outputs, strict=True):
         found[name]["tracking_percent"] = float(100.0 * np.sqrt(np.mean((y - reference[APPROACH:]) ** 2)) /
                                                 np.ptp(record.output))  # fmt: skip
-    best = min((name for name in demands if name != AUTO), key=lambda name: found[name]["tracking_percent"])
+    best = min(
+        (name for name in demands if name != AUTO), key=lambda name: found[name]["tracking_percent"]
+    )
     over = found[AUTO]["tracking_percent"] / found[best]["tracking_percent"]
-    return {"mechanism": mechanism, "seed": seed, "best": best, "over_best": over, "candidates": found}
+    return {
+        "mechanism": mechanism,
+        "seed": seed,
+        "best": best,
+        "over_best": over,
+        "candidates": found,
+    }
 
 
 def main() -> int:
     """Rank, print, save."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--save", action="store_true", help=f"write {RESULTS.name}")
     given = parser.parse_args()
     rigs = []
@@ -81,9 +97,14 @@ def main() -> int:
             )
     over = np.array([one["over_best"] for one in rigs])
     summary = {"rigs": len(rigs), "median": float(np.median(over)), "most": float(over.max())}
-    print(f"over the best of {len(CANDIDATES)} candidates: median {summary['median']:.2f}, most {summary['most']:.2f}")
+    print(
+        f"over the best of {len(CANDIDATES)} candidates: median {summary['median']:.2f}, most {summary['most']:.2f}"
+    )
     if given.save:
-        RESULTS.write_text(json.dumps(tidy({"summary": summary, "rigs": rigs}), indent=1) + "\n", encoding="utf-8")
+        save(
+            RESULTS,
+            {"summary": summary, "rigs": [{key: rig[key] for key in SHOWN} for rig in rigs]},
+        )
     return 0 if summary["median"] <= MEDIAN and summary["most"] <= MOST else 1
 
 

@@ -19,8 +19,8 @@ import numpy as np
 from startup import machine, write_big_log
 
 import dehyst
-from dehyst.io.delimited import read_delimited
-from dehyst.io.formats import read_table
+from dehyst.io import read_table
+from dehyst.io._delimited import read_delimited
 
 LEAST = 5.0  # times as fast as numpy.loadtxt: the file to columns, without its fingerprint
 
@@ -36,7 +36,6 @@ def jobs(log: Path) -> dict[str, Callable[[], Any]]:
         "sha256": lambda: hashlib.sha256(data).digest(),
         "read_table, with sha256": lambda: read_table(log),
         "read_log, with all checks": lambda: dehyst.read_log(log, **pair),
-        "open_chunks, one pass": lambda: sum(x.size for _, x, _ in dehyst.open_chunks(log, **pair)),
     }
 
 
@@ -55,7 +54,9 @@ def main() -> None:
     """Measure, print, and fail if the limit is missed."""
     parser = argparse.ArgumentParser(description="Reading a text log, against numpy.loadtxt.")
     parser.add_argument("--rows", type=int, default=1_000_000, help="rows of the log, of 3 columns")
-    parser.add_argument("--runs", type=int, default=15, help="repetitions, of which the shortest counts")
+    parser.add_argument(
+        "--runs", type=int, default=15, help="repetitions, of which the shortest counts"
+    )
     parser.add_argument("--json", action="store_true", help="print JSON and nothing else")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as place:
@@ -64,11 +65,18 @@ def main() -> None:
         best = measure(jobs(log), options.runs)
     slowest = best["numpy.loadtxt"]
     rows = [
-        {"what": name, "seconds": seconds, "megabytes_per_second": size / seconds / 1e6, "ratio": slowest / seconds}
+        {
+            "what": name,
+            "seconds": seconds,
+            "megabytes_per_second": size / seconds / 1e6,
+            "ratio": slowest / seconds,
+        }
         for name, seconds in best.items()
     ]
     if options.json:
-        print(json.dumps({"machine": machine(), "rows": options.rows, "bytes": size, "results": rows}))
+        print(
+            json.dumps({"machine": machine(), "rows": options.rows, "bytes": size, "results": rows})
+        )
     else:
         print(", ".join(f"{key} {value}" for key, value in machine().items()))
         print(f"{options.rows} rows, {size / 1e6:.1f} MB\n")

@@ -21,6 +21,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
+from result_files import save
 from studies.law_study import OWN, best, ladder, period_cost, with_factor
 from studies.side_by_side import (
     PLANTS,
@@ -35,13 +36,15 @@ from studies.side_by_side import (
 )
 
 from dehyst.errors import SimulationError
-from dehyst.robot.control.reviewed import CONTROLLERS, TUNED
+from dehyst_robot.control._reviewed import CONTROLLERS, TUNED
 
 RESULTS = Path(__file__).parent / "results" / "reviewed.json"
 TUNED_ON = {"plant": "maxwell-slip", "seed": 7}
 TRIALS = ("slow", "slow_no_integrator", "fast")
 FIRST = ("pi", "modified-pi", "dahl")  # of --quick
-SLOW_PLANT = "bouc-wen"  # its muscles are simulated in Python: the slow trial at the first seed only
+SLOW_PLANT = (
+    "bouc-wen"  # its muscles are simulated in Python: the slow trial at the first seed only
+)
 PARTS = ("controllers", "models", "costs")
 Row = dict[str, Any]
 
@@ -52,7 +55,10 @@ def tuning() -> Row:
     rungs = {name: ladder(joint, name, OWN[name]) for name in CONTROLLERS}
     return {
         "on": TUNED_ON,
-        "ladders": {n: [[r.factor, _number(r.rms_deg), _number(r.max_deg)] for r in one] for n, one in rungs.items()},
+        "ladders": {
+            n: [[r.factor, _number(r.rms_deg), _number(r.max_deg)] for r in one]
+            for n, one in rungs.items()
+        },
         "chosen": {name: best(one) for name, one in rungs.items()},
         "with": {name: own or "off" for name, own in OWN.items()},
         "numbers": dict(TUNED),
@@ -63,17 +69,23 @@ def costs() -> dict[str, dict[str, float]]:
     """Processor time of a period of each controller, without and with compensators. [ns]"""
     names = ("paper", "maxwell-slip", "creep")
     joint = prepared(**TUNED_ON, compensators=names)
-    return {c: {one or "off": period_cost(joint, c, one) for one in ("", *names)} for c in CONTROLLERS}
+    return {
+        c: {one or "off": period_cost(joint, c, one) for one in ("", *names)} for c in CONTROLLERS
+    }
 
 
 def controllers(plant: str, seed: int, first: bool) -> list[Row]:
     """All controllers on one plant with one seed: the slow trial; at the first seed all trials, and creep."""
     full = first and plant != SLOW_PLANT
-    joint = prepared(plant, seed, compensators=("paper", "maxwell-slip", *(("creep",) if full else ())))
+    joint = prepared(
+        plant, seed, compensators=("paper", "maxwell-slip", *(("creep",) if full else ()))
+    )
     rows = []
     for name in CONTROLLERS:
         for one in ("", "paper"):
-            rows += [_run(joint, name, one, trial, 1.0) for trial in (TRIALS if full else TRIALS[:1])]
+            rows += [
+                _run(joint, name, one, trial, 1.0) for trial in (TRIALS if full else TRIALS[:1])
+            ]
         if name in ("paper", "vo-minh"):
             rows.append(_run(joint, name, "maxwell-slip", "slow", 1.0))
         if full:
@@ -84,7 +96,12 @@ def controllers(plant: str, seed: int, first: bool) -> list[Row]:
 def retuned(plant: str, seed: int, chosen: dict[str, float]) -> list[Row]:
     """The slow trial with the gains that the ladders chose: as published, with the paper's compensator, without."""
     joint = prepared(plant, seed, compensators=("paper", "maxwell-slip"))
-    cases = {(name, one) for name in CONTROLLERS if chosen[name] != 1.0 for one in (OWN[name], "paper", "")}
+    cases = {
+        (name, one)
+        for name in CONTROLLERS
+        if chosen[name] != 1.0
+        for one in (OWN[name], "paper", "")
+    }
     return [_run(joint, name, one, "slow", chosen[name]) for name, one in sorted(cases)]
 
 
@@ -100,8 +117,14 @@ def models(plant: str, seed: int, first: bool, names: tuple[str, ...]) -> list[R
             rows.append({**told, "reason": model.reason})
             continue
         cost = path_cost(model) if first else None
-        told |= {"parameters": model.parameters, "seconds": model.seconds, "unexplained": _number(model.unexplained)}
-        rows.append({**told, "sample_ns": cost, "errors": {t: _errors(joint, model, t) for t in trials}})
+        told |= {
+            "parameters": model.parameters,
+            "seconds": model.seconds,
+            "unexplained": _number(model.unexplained),
+        }
+        rows.append(
+            {**told, "sample_ns": cost, "errors": {t: _errors(joint, model, t) for t in trials}}
+        )
     return rows
 
 
@@ -114,9 +137,18 @@ def _errors(joint: Joint, model: Learned, trial: str) -> Row:
 
 def _run(joint: Joint, controller: str, compensator: str, trial: str, factor: float) -> Row:
     robot, equipment = with_factor(joint.robot, joint.equipped(compensator), controller, factor)
-    told = {"seed": joint.seed, "controller": controller, "compensator": compensator or "off", "trial": trial}
+    told = {
+        "seed": joint.seed,
+        "controller": controller,
+        "compensator": compensator or "off",
+        "trial": trial,
+    }
     try:
-        return {**told, "factor": factor, **errors(joint, equipment, trial, bool(compensator), robot)}
+        return {
+            **told,
+            "factor": factor,
+            **errors(joint, equipment, trial, bool(compensator), robot),
+        }
     except SimulationError as fault:
         return {**told, "factor": factor, "failed": str(fault)}
 
@@ -139,7 +171,11 @@ def cases(options: argparse.Namespace) -> Iterator[tuple[str, int, bool]]:
 
 def measured(options: argparse.Namespace) -> Row:
     """All that was asked for, in the place of what is there already of the same case; written case by case."""
-    found: Row = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() and not options.quick else {}
+    found: Row = (
+        json.loads(RESULTS.read_text(encoding="utf-8"))
+        if RESULTS.exists() and not options.quick
+        else {}
+    )
     with ProcessPoolExecutor(options.workers) as pool:
         waiting = {}
         if "controllers" in options.only:
@@ -150,7 +186,9 @@ def measured(options: argparse.Namespace) -> Row:
             waiting[pool.submit(costs)] = "period_ns"
         if "models" in options.only:
             for plant, seed, first in cases(options):
-                waiting[pool.submit(_job, models, plant, (seed, first, tuple(options.models)))] = "models"
+                waiting[pool.submit(_job, models, plant, (seed, first, tuple(options.models)))] = (
+                    "models"
+                )
         while waiting:
             done = next(as_completed(waiting))
             kind = waiting.pop(done)
@@ -159,11 +197,14 @@ def measured(options: argparse.Namespace) -> Row:
             if kind == "tuning":
                 told = found[kind]["chosen"]
                 plants = [plant for plant in options.plants if plant != SLOW_PLANT]
-                waiting |= {pool.submit(_job, retuned, plant, (options.first, told)): "controllers" for plant in plants}
+                waiting |= {
+                    pool.submit(_job, retuned, plant, (options.first, told)): "controllers"
+                    for plant in plants
+                }
             elif kind != "period_ns":
                 found[kind] = _merged(found.get(kind, []), done.result())
             if not options.quick:
-                RESULTS.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+                save(RESULTS, found)
     return found
 
 
@@ -183,28 +224,40 @@ def show(found: Row) -> None:
     for row in found.get("controllers", []):
         if row["trial"] == "slow" and "rms_deg" in row:
             name = f"{row['controller']} x{row['factor']:g}"
-            print(f"{row['plant']:13} {row['seed']} {name:18} {row['compensator']:13} {row['rms_deg']:.4f} deg rms")
+            print(
+                f"{row['plant']:13} {row['seed']} {name:18} {row['compensator']:13} {row['rms_deg']:.4f} deg rms"
+            )
     for row in found.get("models", []):
         rms = row.get("errors", {}).get("slow", {}).get("rms_deg", math.nan)
-        print(f"{row['plant']:13} {row['seed']} {row['model']:24} {row.get('way', ''):9} {rms:.4f} deg rms")
+        print(
+            f"{row['plant']:13} {row['seed']} {row['model']:24} {row.get('way', ''):9} {rms:.4f} deg rms"
+        )
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--only", nargs="+", default=list(PARTS), choices=PARTS)
     parser.add_argument("--plants", nargs="+", default=list(PLANTS), choices=list(PLANTS))
     parser.add_argument("--seeds", nargs="+", type=int, default=[0, 1, 2])
-    parser.add_argument("--models", nargs="+", default=list(model_names()), choices=list(model_names()))
+    parser.add_argument(
+        "--models", nargs="+", default=list(model_names()), choices=list(model_names())
+    )
     parser.add_argument("--first", type=int, default=0, help="seed at which everything is measured")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     if options.quick:
-        options.plants, options.seeds, options.models = options.plants[:1], options.seeds[:1], list(FIRST)
+        options.plants, options.seeds, options.models = (
+            options.plants[:1],
+            options.seeds[:1],
+            list(FIRST),
+        )
     found = measured(options)
     if not options.quick:
-        RESULTS.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        save(RESULTS, found)
     if options.json:
         print(json.dumps(found))
     else:

@@ -44,7 +44,11 @@ class Relays:
         self.up, self.down = center + half, center - half
         self.weight = random.uniform(0.5, 1.5, 500)
         self.weight /= self.weight.sum()
-        self.line, self.creep, self.lag = random.uniform(0.3, 0.8), random.uniform(0.02, 0.08), random.uniform(2.0, 20)
+        self.line, self.creep, self.lag = (
+            random.uniform(0.3, 0.8),
+            random.uniform(0.02, 0.08),
+            random.uniform(2.0, 20),
+        )
         self.warm = random.uniform(-0.01, 0.01)
 
     def start(self, copies: int) -> None:
@@ -52,7 +56,9 @@ class Relays:
         self.z, self.time = np.zeros(copies), 0.0
 
     def step(self, u: Array) -> Array:
-        self.relay = np.where(u[:, None] >= self.up, 1.0, np.where(u[:, None] <= self.down, -1.0, self.relay))
+        self.relay = np.where(
+            u[:, None] >= self.up, 1.0, np.where(u[:, None] <= self.down, -1.0, self.relay)
+        )
         v = self.relay @ self.weight + self.line * u
         self.z = self.z - np.expm1(-PERIOD / self.lag) * (v - self.z)
         self.time += PERIOD
@@ -74,7 +80,12 @@ class BoucWen:
         way = np.where(np.isnan(self.u), 0.0, u - self.u) / SUBSTEPS
         for _ in range(SUBSTEPS):
             power = np.abs(self.z) ** (self.n - 1.0)
-            self.z = self.z + way - np.abs(way) * self.beta * power * self.z - way * self.gamma * power * np.abs(self.z)
+            self.z = (
+                self.z
+                + way
+                - np.abs(way) * self.beta * power * self.z
+                - way * self.gamma * power * np.abs(self.z)
+            )
         self.u = u.copy()
         v = u - self.share * self.z
         return np.asarray(v - self.bend * v**3)
@@ -123,7 +134,10 @@ class Late:
     """Six plays and a curve behind a dead time of some periods and a short lag."""
 
     def __init__(self, random: np.random.Generator) -> None:
-        self.radius, self.weight = np.sort(random.uniform(0.02, 0.9, 6)), random.uniform(0.05, 0.2, 6)
+        self.radius, self.weight = (
+            np.sort(random.uniform(0.02, 0.9, 6)),
+            random.uniform(0.05, 0.2, 6),
+        )
         self.square, self.periods = random.uniform(-0.15, 0.15), int(random.integers(1, 5))
         self.lag = random.uniform(0.01, 0.05)
 
@@ -165,18 +179,25 @@ def logged(mechanism: str, seed: int) -> tuple[Rig, dehyst.Recording, Array]:
     low, high = np.quantile(y, [0.03, 0.97])
     wanted = 0.5 * (low + high) + 0.4 * (high - low) * sines(random, 3000)
     whole = np.concatenate([np.linspace(y[0], wanted[0], APPROACH, endpoint=False), wanted])
-    record = dehyst.Recording(input=u, output=measured, time=PERIOD * np.arange(u.size), name=f"{mechanism} {seed}")
+    record = dehyst.Recording(
+        input=u, output=measured, time=PERIOD * np.arange(u.size), name=f"{mechanism} {seed}"
+    )
     return rig, record, whole
 
 
 def strokes(random: np.random.Generator) -> Array:
     """Strokes of many sizes and speeds, some with a rest behind them."""
     sizes = np.concatenate([[1.0, 1.0], random.uniform(0.15, 1.0, STROKES)])
-    tips = [0.0, *(sign * size * random.uniform(0.8, 1.0) for size in sizes for sign in (1.0, -1.0))]
+    tips = [
+        0.0,
+        *(sign * size * random.uniform(0.8, 1.0) for size in sizes for sign in (1.0, -1.0)),
+    ]
     parts = []
     for begin, end in pairwise(tips):
         samples = max(8, int(abs(end - begin) / random.choice(SPEEDS) / PERIOD))
-        parts.append(begin + (end - begin) * 0.5 * (1.0 - np.cos(np.pi * np.arange(samples) / samples)))
+        parts.append(
+            begin + (end - begin) * 0.5 * (1.0 - np.cos(np.pi * np.arange(samples) / samples))
+        )
         if random.random() < 0.25:
             parts.append(np.full(int(1.0 / PERIOD), end))
     return np.concatenate(parts)

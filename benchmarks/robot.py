@@ -16,9 +16,9 @@ from typing import Any
 
 from startup import machine
 
-from dehyst import Equipment, PrandtlIshlinskii, load_robot, plan_path, run_trial
-from dehyst.robot.experiments.calibration import nominal_characteristic
-from dehyst.robot.experiments.equipment import equip
+from dehyst import PrandtlIshlinskii
+from dehyst_robot import Equipment, load_robot, plan_path, run_trial
+from dehyst_robot.experiments import equip, nominal_characteristic
 
 PACKAGES = ("dehyst", "numpy", "scipy", "mujoco", "mink")
 MECHANISMS = ("none", "dahl", "preisach", "maxwell-slip")
@@ -43,15 +43,23 @@ class Coulomb:
         return self.value
 
 
-def factor(mechanism: str, moving: tuple[int, ...], runs: int, conditions: str = "kind") -> list[float]:
+def factor(
+    mechanism: str, moving: tuple[int, ...], runs: int, conditions: str = "kind"
+) -> list[float]:
     """Simulated time over wall time of a trial with its homing, on one core."""
     built_in = mechanism if mechanism in MECHANISMS else "none"
-    robot = load_robot(changes={"hysteresis.mechanism": built_in, "path.cycles_fast": 2}, conditions=conditions)
+    robot = load_robot(
+        changes={"hysteresis.mechanism": built_in, "path.cycles_fast": 2}, conditions=conditions
+    )
     path = plan_path(robot)
     joints = [n for n in moving if n in robot.pneumatic]
     backbones = {n: nominal_characteristic(robot, n) for n in joints}
-    kit: Equipment = equip(robot, backbones, {}, mechanisms=None if built_in == mechanism else lambda *_: Coulomb())
-    model = PrandtlIshlinskii([k / OPERATORS for k in range(OPERATORS)], [0.5] + [0.02] * (OPERATORS - 1)).inverse()
+    kit: Equipment = equip(
+        robot, backbones, {}, mechanisms=None if built_in == mechanism else lambda *_: Coulomb()
+    )
+    model = PrandtlIshlinskii(
+        [k / OPERATORS for k in range(OPERATORS)], [0.5] + [0.02] * (OPERATORS - 1)
+    ).inverse()
     for n in set(joints) & {1, 2, 4}:
         kit.compensators[n] = model  # type: ignore[index]
     return [run_trial(robot, path, kit, "fast", "on", moving)[1] for _ in range(runs)]
@@ -90,7 +98,9 @@ def measure(runs: int) -> list[dict[str, Any]]:
 
 def main() -> None:
     """Measure, print, and fail if a limit is missed."""
-    parser = argparse.ArgumentParser(description="Real-time factor of the simulated robot; time of the demo.")
+    parser = argparse.ArgumentParser(
+        description="Real-time factor of the simulated robot; time of the demo."
+    )
     parser.add_argument("--runs", type=int, default=3, help="repetitions")
     parser.add_argument("--json", action="store_true", help="print JSON and nothing else")
     options = parser.parse_args()
@@ -101,7 +111,10 @@ def main() -> None:
         print(", ".join(f"{key} {value}" for key, value in machine(PACKAGES).items()))
         print(f"{options.runs} runs each; x: simulated time over wall time, one core\n")
         for row in rows:
-            limit = next((f"limit {row[key]:g} {row['unit']}" for key in ("least", "most") if row.get(key)), "")
+            limit = next(
+                (f"limit {row[key]:g} {row['unit']}" for key in ("least", "most") if row.get(key)),
+                "",
+            )
             name = f"{row['what']}, {row['mechanism']}"
             print(
                 f"{name:38} best {row['best']:7.1f} {row['unit']}  median {row['median']:7.1f} {row['unit']}  {limit}"

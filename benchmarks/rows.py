@@ -20,15 +20,17 @@ import time
 from pathlib import Path
 from typing import Any
 
+from result_files import save
+
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
-from compare import DATA, LOGS, MADE, recording, tidy
+from compare import DATA, LOGS, MADE, recording
 
 import dehyst
 from dehyst import Recording
 from dehyst.errors import DehystError
-from dehyst.families.registry import ROWS
+from dehyst.families import ROW_NAMES
 
 RESULTS = Path(__file__).parent / "results" / "rows.json"
 BEFORE = Path(__file__).parent / "results" / "seventeen.json"
@@ -87,7 +89,10 @@ def summary(runs: list[dict[str, Any]], name: str = CHOSEN) -> dict[str, float]:
 
 def holds(found: dict[str, float]) -> bool:
     """Whether the choice is as good as promised."""
-    return round(found["over_best_median"], DIGITS) <= OVER_BEST and found["over_identify"] <= OVER_IDENTIFY
+    return (
+        round(found["over_best_median"], DIGITS) <= OVER_BEST
+        and found["over_identify"] <= OVER_IDENTIFY
+    )
 
 
 def replaces(found: dict[str, float | None]) -> bool:
@@ -97,11 +102,13 @@ def replaces(found: dict[str, float | None]) -> bool:
 
 def main() -> int:
     """Compare, print, save."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--all", action="store_true", help="every row by its name")
     parser.add_argument("--save", action="store_true", help=f"write {RESULTS.name}")
     given = parser.parse_args()
-    names = (CHOSEN, *ROWS) if given.all else (CHOSEN,)
+    names = (CHOSEN, *ROW_NAMES) if given.all else (CHOSEN,)
     runs = []
     for before in json.loads(BEFORE.read_text(encoding="utf-8")):
         if not (DATA / before["log"]).is_dir() and before["log"] not in [log.name for log in MADE]:
@@ -119,8 +126,7 @@ def main() -> int:
         found = summary(runs, name)
         print(f"{name:18s} " + ", ".join(f"{key} {value:.3g}" for key, value in found.items()))
     if given.save:
-        result = {"summary": {name: summary(runs, name) for name in names}, "runs": runs}
-        RESULTS.write_text(json.dumps(tidy(result), indent=1) + "\n", encoding="utf-8")
+        save(RESULTS, {"summary": {name: summary(runs, name) for name in names}, "runs": runs})
     return 0 if holds(summary(runs)) and all(replaces(summary(runs, name)) for name in names) else 1
 
 

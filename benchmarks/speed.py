@@ -17,6 +17,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from result_files import save
 from speed import accuracy, commands, engine, evaluation, normal_equations, overhead, program, table
 from speed.figures import Figures
 from startup import machine
@@ -62,33 +63,47 @@ def measure(samples: int, rounds: int, quick: bool, only: set[str]) -> dict[str,
         "quick": quick,
         "limits": figures.rows(quick, bool(only)),
         "figures": figures.extra(),
-        "times": [{"group": g, "signal": s, "methods": methods} for (g, s), methods in figures.groups.items()],
+        "times": [
+            {"group": g, "signal": s, "methods": methods}
+            for (g, s), methods in figures.groups.items()
+        ],
     }
 
 
 def main() -> None:
     """Measure, print, and fail if a limit is missed."""
-    parser = argparse.ArgumentParser(description="What a sample costs, against numpy, numba, BLAS and solvers.")
+    parser = argparse.ArgumentParser(
+        description="What a sample costs, against numpy, numba, BLAS and solvers."
+    )
     parser.add_argument("--samples", type=int, help="of every signal; 1e7, or 5e6 with --quick")
     parser.add_argument("--rounds", type=int, default=5, help="repetitions of every method")
-    parser.add_argument("--quick", action="store_true", help="a short run; a quarter of each ratio is asked for")
     parser.add_argument(
-        "--only", default="", help="parts, by comma: evaluation, normal, program, accuracy, overhead, commands"
+        "--quick", action="store_true", help="a short run; a quarter of each ratio is asked for"
     )
-    parser.add_argument("--json", nargs="?", const="-", metavar="FILE", help="JSON, to a file or instead of the tables")
+    parser.add_argument(
+        "--only",
+        default="",
+        help="parts, by comma: evaluation, normal, program, accuracy, overhead, commands",
+    )
+    parser.add_argument(
+        "--json",
+        nargs="?",
+        const="-",
+        metavar="FILE",
+        help="JSON, to a file or instead of the tables",
+    )
     options = parser.parse_args()
     samples = options.samples or (5_000_000 if options.quick else 10_000_000)
     rounds = options.rounds
     only = {name for name in options.only.split(",") if name}
     with threadpool_limits(limits=1, user_api="blas"):
         result = measure(samples, rounds, options.quick, only)
-    text = json.dumps(result, indent=1) + "\n"
     if options.json == "-":
-        print(text, end="")
+        print(json.dumps(result, indent=1))
     else:
         print("\n".join(table.console(result)))
         if options.json:
-            Path(options.json).write_text(text, encoding="utf-8")
+            save(Path(options.json), result)
     missed = [f"{row['what']} ({row['signal']})" for row in result["limits"] if row["ok"] is False]
     if missed:
         sys.exit("missed:\n  " + "\n  ".join(missed))

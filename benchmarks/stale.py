@@ -24,15 +24,12 @@ from pathlib import Path
 
 import numpy as np
 
-from dehyst.robot.arm.arm import Arm
-from dehyst.robot.arm.parameters import load_robot
-from dehyst.robot.control.joint import FLAGS
-from dehyst.robot.experiments import point
-from dehyst.robot.experiments.calibration import SPACING, excite, home
-from dehyst.robot.experiments.path import plan_path
-from dehyst.robot.experiments.recipes import recipe
-from dehyst.robot.experiments.results import Characteristic
-from dehyst.robot.experiments.trials import run_trial
+from dehyst_robot.arm import Arm, load_robot
+from dehyst_robot.control import FLAGS
+from dehyst_robot.experiments import SPACING, excite, home, plan_path, run_trial
+from dehyst_robot.experiments import _point as point
+from dehyst_robot.experiments._recipes import recipe
+from dehyst_robot.experiments._results import Characteristic
 
 OUT = Path(__file__).parents[1] / "docs" / "generate" / "stale.csv"
 COLUMNS = ("conditions", "change", "joint", "seed", "trial", "compensator", "rms_mdeg", "hysteresis", "stale_s",
@@ -58,17 +55,29 @@ CHANGES: dict[str, dict[str, object]] = {
     "tolerances 20 % and 5 %": {"tolerance.hysteresis": 0.2, "tolerance.force": 0.05},
     "supply - 10 %": {"air.supply_bar": 6.3},
     WARM: {},
-    f"{WARM}, six times the warmth": {"muscle.dmsp40.warming_K_W": 12.0, "muscle.dmsp20.warming_K_W": 36.0},
+    f"{WARM}, six times the warmth": {
+        "muscle.dmsp40.warming_K_W": 12.0,
+        "muscle.dmsp20.warming_K_W": 36.0,
+    },
 }
 TOLD = ("controller.",)  # what a controller is told of
-STROKES_S, STROKE_S, REACH = 1200.0, 3.0, 0.6  # that warm muscles up: two time constants, period, share of the range
+STROKES_S, STROKE_S, REACH = (
+    1200.0,
+    3.0,
+    0.6,
+)  # that warm muscles up: two time constants, period, share of the range
 
 
 def warmed(arm: Arm, characteristics: Mapping[int, Characteristic]) -> None:
     """Strokes until the muscles are warm, then the homing; nobody tells the controllers."""
     t = SPACING * np.arange(round(STROKES_S / SPACING) + 1)
     reach = [REACH * arm.robot.joint(n).range if n in characteristics else 0.0 for n in arm.moving]
-    excite(arm, np.sin(2 * np.pi / STROKE_S * t)[:, None] * np.array(reach), characteristics, every_s=1.0)
+    excite(
+        arm,
+        np.sin(2 * np.pi / STROKE_S * t)[:, None] * np.array(reach),
+        characteristics,
+        every_s=1.0,
+    )
     warmth = {n: [round(w, 1) for w in plant.state["warmth"]] for n, plant in arm._plants.items()}
     print("warmer than the room [K]:", warmth, flush=True)
     home(arm, characteristics)
@@ -78,8 +87,12 @@ def measured(conditions: str, name: str, number: int, seed: int) -> Iterator[tup
     """Rows of a case."""
     known, changes = load_robot(changes=SHORT, conditions=conditions), CHANGES[name]
     plant = known.with_changes(changes)
-    told = known.with_changes({key: value for key, value in changes.items() if key.startswith(TOLD)})
-    prepared = point._prepared(told, told, {one: recipe(one) for one in ("paper", "best")}, number, "joint", seed)
+    told = known.with_changes(
+        {key: value for key, value in changes.items() if key.startswith(TOLD)}
+    )
+    prepared = point._prepared(
+        told, told, {one: recipe(one) for one in ("paper", "best")}, number, "joint", seed
+    )
     path = plan_path(known)
     for trial, compensator in itertools.product(("slow", "fast"), ("off", "paper", "best")):
         kit = replace(prepared["paper" if compensator == "off" else compensator][0], known=told)
@@ -87,14 +100,29 @@ def measured(conditions: str, name: str, number: int, seed: int) -> Iterator[tup
         run, _ = run_trial(plant, path, kit, trial, compensator, (number,))
         error, flags = run.error[:, number - 1], run.flags[:, number - 1]
         raised = (np.flatnonzero(flags & FLAGS[flag]) for flag in ("stale", "shifted"))
-        since = [f"{run.time[when[0]]:.1f}" if when.size and compensator != "off" else "" for when in raised]
+        since = [
+            f"{run.time[when[0]]:.1f}" if when.size and compensator != "off" else ""
+            for when in raised
+        ]
         rms = 1e3 * math.degrees(math.sqrt(np.mean(error**2)))
         found = run.hysteresis[-1, number - 1]
-        yield (conditions, name, number, seed, trial, compensator, f"{rms:.3f}", f"{found:.2f}", *since)
+        yield (
+            conditions,
+            name,
+            number,
+            seed,
+            trial,
+            compensator,
+            f"{rms:.3f}",
+            f"{found:.2f}",
+            *since,
+        )
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--joints", nargs="+", type=int, default=[1, 4])
     parser.add_argument("--seeds", nargs="+", type=int, default=[0, 1, 2, 3, 4])
     parser.add_argument("--conditions", default="realistic", choices=["kind", "realistic"])
@@ -106,9 +134,14 @@ def main() -> int:
     if not options.out.exists():
         options.out.write_text(",".join(COLUMNS) + "\n", encoding="utf-8")
     with options.out.open(encoding="utf-8", newline="") as file:
-        done = {(r["conditions"], r["change"], int(r["joint"]), int(r["seed"])) for r in csv.DictReader(file)}
+        done = {
+            (r["conditions"], r["change"], int(r["joint"]), int(r["seed"]))
+            for r in csv.DictReader(file)
+        }
     cases = itertools.product(options.seeds, options.joints, options.only)
-    wanted = [case for s, n, name in cases if (case := (options.conditions, name, n, s)) not in done]
+    wanted = [
+        case for s, n, name in cases if (case := (options.conditions, name, n, s)) not in done
+    ]
     bad = False
     with ThreadPoolExecutor(options.jobs) as pool:  # the simulation does not hold Python's lock
         for rows in pool.map(lambda case: list(measured(*case)), wanted):

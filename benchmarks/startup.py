@@ -20,7 +20,7 @@ from typing import Any
 
 from dehyst.io import example_recording, write_csv
 
-PACKAGES = ("dehyst", "numpy", "scipy", "typer")
+PACKAGES = ("dehyst", "numpy", "typer")
 EXAMPLE_SECONDS = 144.0
 
 
@@ -41,7 +41,10 @@ def commands(log: Path, folder: Path) -> dict[str, tuple[list[str], float]]:
         "dehyst inspect": (["inspect", str(log)], 2.0),
         "dehyst identify": (["identify", str(log), *pair, "--save", str(model)], 2.0),
         "dehyst identify --family pi": (["identify", str(log), *pair, "--family", "pi"], 2.0),
-        "dehyst simulate": (["simulate", str(model), str(log), *pair[:2], "--out", str(folder / "out.csv")], 2.0),
+        "dehyst simulate": (
+            ["simulate", str(model), str(log), *pair[:2], "--out", str(folder / "out.csv")],
+            2.0,
+        ),
     }
 
 
@@ -50,7 +53,9 @@ def measure(arguments: list[str], runs: int) -> list[float]:
     times = []
     for _ in range(runs + 1):
         begin = time.perf_counter()
-        subprocess.run([sys.executable, "-m", "dehyst", *arguments], check=True, capture_output=True)
+        subprocess.run(
+            [sys.executable, "-m", "dehyst", *arguments], check=True, capture_output=True
+        )
         times.append(time.perf_counter() - begin)
     return times[1:]
 
@@ -60,7 +65,14 @@ def machine(packages: tuple[str, ...] = PACKAGES) -> dict[str, Any]:
     cpu = platform.processor() or platform.machine()
     info = Path("/proc/cpuinfo")
     if info.is_file():
-        cpu = next((line.split(":")[1].strip() for line in info.read_text().splitlines() if "model name" in line), cpu)
+        cpu = next(
+            (
+                line.split(":")[1].strip()
+                for line in info.read_text().splitlines()
+                if "model name" in line
+            ),
+            cpu,
+        )
     return {
         "cpu": cpu,
         "cores": os.cpu_count(),
@@ -84,15 +96,33 @@ def main() -> None:
         results = []
         for name, (arguments, limit) in commands(log, folder).items():
             times = measure(arguments, options.runs)
-            results.append({"command": name, "minimum": min(times), "median": statistics.median(times), "limit": limit})
+            results.append(
+                {
+                    "command": name,
+                    "minimum": min(times),
+                    "median": statistics.median(times),
+                    "limit": limit,
+                }
+            )
     if options.json:
-        print(json.dumps({"machine": machine(), "rows": options.rows, "runs": options.runs, "results": results}))
+        print(
+            json.dumps(
+                {
+                    "machine": machine(),
+                    "rows": options.rows,
+                    "runs": options.runs,
+                    "results": results,
+                }
+            )
+        )
     else:
         print(", ".join(f"{key} {value}" for key, value in machine().items()))
         print(f"{options.rows} rows, {options.runs} processes each\n")
         print(f"{'command':30} {'minimum':>9} {'median':>9} {'limit':>9}")
         for row in results:
-            print(f"{row['command']:30} {row['minimum']:7.2f} s {row['median']:7.2f} s {row['limit']:7.2f} s")
+            print(
+                f"{row['command']:30} {row['minimum']:7.2f} s {row['median']:7.2f} s {row['limit']:7.2f} s"
+            )
     slow = [row["command"] for row in results if row["median"] > row["limit"]]
     if slow:
         sys.exit(f"over the limit: {', '.join(slow)}")

@@ -24,6 +24,7 @@ from typing import Any
 from startup import machine
 
 ROOT = Path(__file__).resolve().parents[1]
+KERNEL = ROOT / "packages" / "dehyst"
 FLAGS = ("-O3", "-std=c11", "-ffp-contract=off")
 SIGNALS = ("sine", "noisy", "white", "wiped", "torn")  # fill() of step.c says what they are
 SIZES = (14, 100, 1000, 10000)
@@ -35,14 +36,24 @@ STEP = {"dense": "dehyst_model_step", "logarithmic": "dehyst_stack_step"}
 def build(folder: Path, compiler: str | None = None) -> Path:
     """Compile the driver with the core; return the program."""
     program = folder / "step"
-    sources = [ROOT / "benchmarks" / "step.c", *sorted((ROOT / "core").glob("*.c"))]
+    sources = [ROOT / "benchmarks" / "step.c", *sorted((KERNEL / "core").glob("*.c"))]
     chosen = compiler or os.environ.get("CC", "cc")
-    command = [chosen, *FLAGS, f"-I{ROOT / 'core'}", *map(str, sources), "-o", str(program), "-lm"]
+    command = [
+        chosen,
+        *FLAGS,
+        f"-I{ROOT / 'packages' / 'dehyst' / 'core'}",
+        *map(str, sources),
+        "-o",
+        str(program),
+        "-lm",
+    ]
     subprocess.run(command, check=True)
     return program
 
 
-def latency(program: Path, method: str, n: int, signal: str, runs: int, repeat: int) -> dict[str, Any]:
+def latency(
+    program: Path, method: str, n: int, signal: str, runs: int, repeat: int
+) -> dict[str, Any]:
     """Median, worst and back-to-back time of a step [ns]."""
     samples = 4 * n + 4000 if method == "logarithmic" else min(4 * n + 4000, 5_000_000 // n)
     arguments = [str(program), "latency", method, str(n), signal, str(samples), str(runs)]
@@ -62,8 +73,12 @@ def instructions(program: Path, method: str, n: int, signal: str, samples: int) 
         tool += [f"--toggle-collect={name}", f"--dump-before={name}"]
         steps = [str(program), "steps", method, str(n), signal, str(samples), "1"]
         subprocess.run([*tool, *steps], capture_output=True, check=True)
-        found = [re.search(r"(?m)^totals: (\d+)", path.read_text()) for path in Path(place).iterdir()]
-    counts = [int(match[1]) for match in found if match and int(match[1])]  # the dump before the first call is empty
+        found = [
+            re.search(r"(?m)^totals: (\d+)", path.read_text()) for path in Path(place).iterdir()
+        ]
+    counts = [
+        int(match[1]) for match in found if match and int(match[1])
+    ]  # the dump before the first call is empty
     if len(counts) != samples:
         raise RuntimeError(f"callgrind counted {len(counts)} steps instead of {samples}")
     return {"mean": sum(counts) / samples, "most": max(counts)}
@@ -83,7 +98,11 @@ def measure(runs: int, repeat: int, timed: bool) -> list[dict[str, Any]]:
                         row |= latency(program, method, n, signal, runs, repeat)
                     if counted and n <= 1000:
                         row |= instructions(
-                            program, method, n, signal, 2 * n + 1000 if method == "logarithmic" else 300
+                            program,
+                            method,
+                            n,
+                            signal,
+                            2 * n + 1000 if method == "logarithmic" else 300,
                         )
                     rows.append(row)
     return rows
@@ -103,10 +122,18 @@ def missed(rows: list[dict[str, Any]]) -> list[str]:
 
 def main() -> None:
     """Measure, print, and fail if a limit is missed."""
-    parser = argparse.ArgumentParser(description="Worst single step of the core, dense and in O(log n).")
-    parser.add_argument("--runs", type=int, default=15, help="over the signal; a sample's fastest counts")
-    parser.add_argument("--repeat", type=int, default=5, help="repetitions of that; the least counts")
-    parser.add_argument("--instructions", action="store_true", help="count only: the same on a busy machine")
+    parser = argparse.ArgumentParser(
+        description="Worst single step of the core, dense and in O(log n)."
+    )
+    parser.add_argument(
+        "--runs", type=int, default=15, help="over the signal; a sample's fastest counts"
+    )
+    parser.add_argument(
+        "--repeat", type=int, default=5, help="repetitions of that; the least counts"
+    )
+    parser.add_argument(
+        "--instructions", action="store_true", help="count only: the same on a busy machine"
+    )
     parser.add_argument("--json", action="store_true", help="print JSON and nothing else")
     options = parser.parse_args()
     if shutil.which(os.environ.get("CC", "cc")) is None:
@@ -114,10 +141,21 @@ def main() -> None:
         return
     rows = measure(options.runs, options.repeat, not options.instructions)
     if options.json:
-        print(json.dumps({"machine": machine(), "runs": options.runs, "repeat": options.repeat, "results": rows}))
+        print(
+            json.dumps(
+                {
+                    "machine": machine(),
+                    "runs": options.runs,
+                    "repeat": options.repeat,
+                    "results": rows,
+                }
+            )
+        )
     else:
         print(", ".join(f"{key} {value}" for key, value in machine().items()))
-        print(f"{options.repeat} repetitions of {options.runs} runs; the clock's resolution is some nanoseconds\n")
+        print(
+            f"{options.repeat} repetitions of {options.runs} runs; the clock's resolution is some nanoseconds\n"
+        )
         columns = {
             "median": "median ns",
             "worst": "worst ns",
@@ -125,7 +163,10 @@ def main() -> None:
             "mean": "instr.",
             "most": "most",
         }
-        print(f"{'n':>6} {'step':12} {'signal':7}" + "".join(f"{title:>11}" for title in columns.values()))
+        print(
+            f"{'n':>6} {'step':12} {'signal':7}"
+            + "".join(f"{title:>11}" for title in columns.values())
+        )
         for row in rows:
             figures = (f"{row[key]:11.0f}" if key in row else f"{'-':>11}" for key in columns)
             print(f"{row['n']:6} {row['method']:12} {row['signal']:7}" + "".join(figures))

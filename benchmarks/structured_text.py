@@ -15,18 +15,17 @@ import time
 import numpy as np
 from target.random_blocks import Trial, trials
 
-from dehyst.export.iec import load
-from dehyst.export.signal import Signal
-from dehyst.export.st.blocks import function_block
-from dehyst.export.st.pou import plcopen_xml, siemens_scl, structured_text, text_of
-from dehyst.export.st.programs import Ports
-from dehyst.export.st.verification import run
+from dehyst.export import Signal
+from dehyst_targets.iec import load_program
+from dehyst_targets.st import Ports, function_block, plcopen_xml, siemens_scl, structured_text
+from dehyst_targets.st._pou import st_text
+from dehyst_targets.st._verification import run_blocks
 
 WORDS = {"input": "", "output": "", "about": ""}
 FORMS = (
     structured_text,
     siemens_scl,
-    lambda unit: text_of(plcopen_xml("P", (unit,), "1", "2000-01-01T00:00:00", "0")),
+    lambda unit: st_text(plcopen_xml("P", (unit,), "1", "2000-01-01T00:00:00", "0")),
 )
 
 
@@ -34,11 +33,18 @@ def answers(trial: Trial, number: int) -> tuple[np.ndarray, np.ndarray, Signal]:
     """Return outputs and flags of the text, and what the extension says."""
     outputs, flags = trial.expected()
     signal = Signal(
-        trial.case.x[:, None], trial.case.on.astype(int), outputs[:, None], flags.astype(int), ("x",), ("y",)
+        trial.case.x[:, None],
+        trial.case.on.astype(int),
+        outputs[:, None],
+        flags.astype(int),
+        ("x",),
+        ("y",),
     )
     real = "LREAL" if trial.real == "double" else "REAL"
     unit = function_block("Unit1", real, trial.case.block, WORDS)
-    found, seen = run(load(FORMS[number % 3](unit)).new("Unit1"), Ports.of(unit), signal)
+    found, seen = run_blocks(
+        load_program(FORMS[number % 3](unit)).new("Unit1"), Ports.of(unit), signal
+    )
     return found, seen, signal
 
 
@@ -48,7 +54,9 @@ def measure(models: int, samples: int, real: str) -> bool:
     different, worst, limited, rejected = 0, 0.0, 0, 0
     for number, trial in enumerate(trials(models, samples, real)):
         found, seen, signal = answers(trial, number)
-        bits = (found.view(np.uint64) == signal.outputs.view(np.uint64))[:, 0] & (seen == signal.flags)
+        bits = (found.view(np.uint64) == signal.outputs.view(np.uint64))[:, 0] & (
+            seen == signal.flags
+        )
         different += int(np.sum(~bits))
         worst = max(worst, float(np.max(np.abs(found - signal.outputs))) / trial.range())
         limited += int(np.sum(signal.flags & 4 > 0))
@@ -64,7 +72,9 @@ def measure(models: int, samples: int, real: str) -> bool:
 
 def main() -> int:
     """Parse, measure, print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--models", type=int, default=1000)
     parser.add_argument("--samples", type=int, default=1000)
     arguments = parser.parse_args()

@@ -25,19 +25,27 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from result_files import save
 from target import costs, count, jobs, machines, random_blocks
 from target.jobs import Array
 from target.machines import Machine
 
 from dehyst import PrandtlIshlinskii
 from dehyst.export import Subject, export, subject_of
-from dehyst.families import example
-from dehyst.families.table import ROWS
+from dehyst.families import ROWS, example
 from dehyst.models import ModelCard, SignalCard
-from dehyst.robot.control import JointControllerParameters
-from dehyst.robot.export import joint_subject
+from dehyst_robot.control import JointControllerParameters
+from dehyst_robot.export import joint_subject
 
-BUDGET = Path(__file__).resolve().parents[1] / "src" / "dehyst" / "export" / "instructions.json"
+BUDGET = (
+    Path(__file__).resolve().parents[1]
+    / "packages"
+    / "dehyst"
+    / "src"
+    / "dehyst"
+    / "export"
+    / "instructions.json"
+)
 PLAYS, PER_PLAY = 14, 20
 PER_ELEMENT = {"forward": 120, "inverse": 330}  # of 40, as many of them with maps as in costs.MIX
 REALS = ("float", "double")
@@ -52,14 +60,18 @@ def usable(names: tuple[str, ...]) -> Iterator[Machine]:
     """Yield machines whose tools are there; say what is missing for others."""
     for name in names:
         machine = machines.MACHINES[name]
-        missing = machine.missing() or ("" if machine.board or shutil.which("valgrind") else "valgrind")
+        missing = machine.missing() or (
+            "" if machine.board or shutil.which("valgrind") else "valgrind"
+        )
         if missing:
             print(f"{name} is left out: no {missing}", file=sys.stderr)
         else:
             yield machine
 
 
-def step_counts(machine: Machine, real: str, level: str, sizes: tuple[int, ...]) -> dict[int, dict[str, float]]:
+def step_counts(
+    machine: Machine, real: str, level: str, sizes: tuple[int, ...]
+) -> dict[int, dict[str, float]]:
     """Return for each n the mean of slow loops, and the most of each kind of signal."""
     found: dict[int, dict[str, float]] = {}
     with tempfile.TemporaryDirectory() as place:
@@ -68,7 +80,9 @@ def step_counts(machine: Machine, real: str, level: str, sizes: tuple[int, ...])
             signals = costs.cases(n, real)
             job = jobs.job(list(signals.values()), real)
             counts = count.count(machine, program, job, Path(place), "dehyst_block_step")
-            parts = np.split(np.array(counts), np.cumsum([case.x.size for case in signals.values()])[:-1])
+            parts = np.split(
+                np.array(counts), np.cumsum([case.x.size for case in signals.values()])[:-1]
+            )
             found[n] = {"typical": float(np.mean(parts[0]))}
             found[n] |= {name: int(np.max(part)) for name, part in zip(signals, parts, strict=True)}
             found[n]["most"] = max(found[n][name] for name in signals)
@@ -88,26 +102,42 @@ def map_cost(machine: Machine, real: str) -> int:
 
 def model(n: int) -> PrandtlIshlinskii:
     """Return a model of n operators with a card, to export."""
-    card = ModelCard(SignalCard("pressure", "bar", -1.0, 1.0), SignalCard("angle", "rad", -1.0, 1.0))
-    return PrandtlIshlinskii(np.linspace(0.0, 0.9, n), np.concatenate([[0.5], np.full(n - 1, 0.7 / n)]), card=card)
+    card = ModelCard(
+        SignalCard("pressure", "bar", -1.0, 1.0), SignalCard("angle", "rad", -1.0, 1.0)
+    )
+    return PrandtlIshlinskii(
+        np.linspace(0.0, 0.9, n), np.concatenate([[0.5], np.full(n - 1, 0.7 / n)]), card=card
+    )
 
 
 def joint_counts(machine: Machine, subject: Subject) -> dict[str, float]:
     """Return instructions of a whole controller's period."""
     with tempfile.TemporaryDirectory() as place:
         export(subject, "c", Path(place) / "out")
-        program = machines.build(machine, Path(place), subject.real, "-O2", "joint.c", Path(place) / "out" / "src")
-        counts = count.count(machine, program, jobs.joint_job(subject, PERIODS), Path(place), "unit_step")
+        program = machines.build(
+            machine, Path(place), subject.real, "-O2", "joint.c", Path(place) / "out" / "src"
+        )
+        counts = count.count(
+            machine, program, jobs.joint_job(subject, PERIODS), Path(place), "unit_step"
+        )
     return {"typical": float(np.mean(counts)), "most": int(np.max(counts))}
 
 
-def unit_steps(machine: Machine, subject: Subject, signals: Sequence[Array], *defines: str) -> list[list[int]]:
+def unit_steps(
+    machine: Machine, subject: Subject, signals: Sequence[Array], *defines: str
+) -> list[list[int]]:
     """Return the instructions of each step of an exported block in each signal."""
     with tempfile.TemporaryDirectory() as place:
         export(subject, "c", Path(place) / "out")
         defines = (f"-DINPUTS={len(subject.numbers.inputs)}", *defines)
         program = machines.build(
-            machine, Path(place), subject.real, "-O2", "unit.c", Path(place) / "out" / "src", defines
+            machine,
+            Path(place),
+            subject.real,
+            "-O2",
+            "unit.c",
+            Path(place) / "out" / "src",
+            defines,
         )
         return [list(count.count(machine, program, jobs.unit_job(x, subject.real), Path(place), "unit_step"))
                 for x in signals]  # fmt: skip
@@ -128,7 +158,9 @@ def tunable_costs(machine: Machine, real: str, samples: int) -> dict[str, dict[s
         plain, tuned = (subject_of(one, what, tunable=on, **given) for on in (False, True))
         x = [0.8 * plain.test.inputs[600 : 600 + samples]]
         base = np.array(unit_steps(machine, plain, x)[0])
-        usual, narrow = (np.array(unit_steps(machine, tuned, x, *more)[0]) - base for more in ((), ("-DTUNED",)))
+        usual, narrow = (
+            np.array(unit_steps(machine, tuned, x, *more)[0]) - base for more in ((), ("-DTUNED",))
+        )
         row = found.setdefault(plain.numbers.core, {"typical": 0, "most": 0})
         row["typical"] = max(row["typical"], int(np.ceil(np.mean(usual))))
         row["most"] = max(row["most"], int(np.max(usual)), int(np.max(narrow)))
@@ -140,7 +172,11 @@ def unit_counts(machine: Machine, subject: Subject, signals: Sequence[Array]) ->
     the slowest that was found."""
     counts = unit_steps(machine, subject, signals)
     most = max(n for one in counts for n in one[1:])
-    return {"typical": float(np.mean(counts[0][1:])), "first": max(one[0] for one in counts), "most": most}
+    return {
+        "typical": float(np.mean(counts[0][1:])),
+        "first": max(one[0] for one in counts),
+        "most": most,
+    }
 
 
 def element_counts(machine: Machine, subject: Subject, samples: int) -> dict[str, float]:
@@ -149,12 +185,18 @@ def element_counts(machine: Machine, subject: Subject, samples: int) -> dict[str
     half = 0.5 * (subject.input.high - subject.input.low)
     signals = [middle + half * x for x in costs.element_signals(samples)]
     rest = subject.middle[1:]
-    return unit_counts(machine, subject, [np.column_stack([x, *(np.full(x.size, at) for at in rest)]) for x in signals])
+    return unit_counts(
+        machine,
+        subject,
+        [np.column_stack([x, *(np.full(x.size, at) for at in rest)]) for x in signals],
+    )
 
 
 def unit_rows(machine: Machine, real: str, samples: int) -> list[dict[str, Any]]:
     """Return for units of every kind but plays what a step does, and its instructions."""
-    units = [subject_of(each, name="unit", real=real, period=0.001) for each in costs.direct_models()]
+    units = [
+        subject_of(each, name="unit", real=real, period=0.001) for each in costs.direct_models()
+    ]
     for direction, what in (("forward", "forward"), ("forward", "inverse"), ("inverse", "inverse")):
         models = [
             *costs.element_models(direction),
@@ -165,11 +207,17 @@ def unit_rows(machine: Machine, real: str, samples: int) -> list[dict[str, Any]]
     for unit in units:
         kind, counts = unit.numbers.work
         if unit.direct:
-            row = unit_counts(machine, unit, [unit.test.inputs[600 : 600 + samples], unit.test.inputs[: 2 * samples]])
+            row = unit_counts(
+                machine,
+                unit,
+                [unit.test.inputs[600 : 600 + samples], unit.test.inputs[: 2 * samples]],
+            )
         else:
             row = element_counts(machine, unit, samples)
         found.append({"kind": kind, "counts": some(counts), **row})
-    joint = joint_subject(costs.direct_model(4, 6, 3, 2, 1), JointControllerParameters(), name="unit", real=real)
+    joint = joint_subject(
+        costs.direct_model(4, 6, 3, 2, 1), JointControllerParameters(), name="unit", real=real
+    )
     kind, counts = joint.numbers.work
     return [*found, {"kind": kind, "counts": some(counts), **joint_counts(machine, joint)}]
 
@@ -196,10 +244,14 @@ def elements(machine: Machine, real: str, samples: int) -> dict[str, Any]:
     """Return instructions and bytes of sums of elements, forward and inverse."""
     found: dict[str, Any] = {}
     for what in ("forward", "inverse"):
-        units = {n: subject_of(costs.element_model(n), what, name="unit", real=real) for n in costs.MIXED}
+        units = {
+            n: subject_of(costs.element_model(n), what, name="unit", real=real) for n in costs.MIXED
+        }
         found[what] = {
             "steps": {str(n): element_counts(machine, unit, samples) for n, unit in units.items()},
-            "bytes": {level: code_bytes(machine, units[min(units)], level) for level in ("-O2", "-Os")},
+            "bytes": {
+                level: code_bytes(machine, units[min(units)], level) for level in ("-O2", "-Os")
+            },
         }
     return found
 
@@ -210,9 +262,13 @@ def code_bytes(machine: Machine, subject: Subject, level: str) -> dict[str, int]
     with tempfile.TemporaryDirectory() as place:
         export(subject, "c", Path(place) / "out")
         core = Path(place) / "out" / "src"
-        full = _sections(machine, machines.build(machine, Path(place), subject.real, level, "size.c", core, defines))
+        full = _sections(
+            machine,
+            machines.build(machine, Path(place), subject.real, level, "size.c", core, defines),
+        )
         empty = _sections(
-            machine, machines.build(machine, Path(place), subject.real, level, "size.c", core, ("-DEMPTY",))
+            machine,
+            machines.build(machine, Path(place), subject.real, level, "size.c", core, ("-DEMPTY",)),
         )
     return {"flash": full[0] - empty[0], "ram": full[1] - empty[1]}
 
@@ -261,7 +317,9 @@ def measure(sizes: tuple[int, ...]) -> dict[str, Any]:
         entry: dict[str, Any] = {"title": machine.title, "compiler": _version(machine)}
         for real in REALS:
             soft = real == "double" and machine.name == "cortex-m4f"
-            counts = step_counts(machine, real, "-O2", tuple(n for n in sizes if not soft or n in SOFT))
+            counts = step_counts(
+                machine, real, "-O2", tuple(n for n in sizes if not soft or n in SOFT)
+            )
             print(f"{machine.name} {real}: counted", file=sys.stderr)
             block = subject_of(model(PLAYS), name="unit", real=real)
             joint = joint_subject(model(PLAYS), JointControllerParameters(), name="unit", real=real)
@@ -271,12 +329,17 @@ def measure(sizes: tuple[int, ...]) -> dict[str, Any]:
                 "map": map_cost(machine, real),
                 "joint": {
                     str(n): joint_counts(
-                        machine, joint_subject(model(n), JointControllerParameters(), name="unit", real=real)
+                        machine,
+                        joint_subject(
+                            model(n), JointControllerParameters(), name="unit", real=real
+                        ),
                     )
                     for n in (2, PLAYS)
                 },
                 "bytes": {level: code_bytes(machine, block, level) for level in ("-O2", "-Os")},
-                "joint_bytes": {level: code_bytes(machine, joint, level) for level in ("-O2", "-Os")},
+                "joint_bytes": {
+                    level: code_bytes(machine, joint, level) for level in ("-O2", "-Os")
+                },
                 "elements": elements(machine, real, 6 if soft else 40),
                 "units": unit_rows(machine, real, 6 if soft else 40),
                 "tunable": tunable_costs(machine, real, 6 if soft else 40),
@@ -287,27 +350,43 @@ def measure(sizes: tuple[int, ...]) -> dict[str, Any]:
 
 
 def _version(machine: Machine) -> str:
-    said = subprocess.run([machine.compiler, "--version"], capture_output=True, text=True, check=True).stdout
+    said = subprocess.run(
+        [machine.compiler, "--version"], capture_output=True, text=True, check=True
+    ).stdout
     return said.partition("\n")[0].strip()
 
 
 def lines(found: dict[str, Any]) -> dict[str, Any]:
-    """Return what src/dehyst/export/instructions.json holds: for each kind of unit the cost of each part of a step."""
+    """Return the content of the kernel's export/instructions.json: the cost of each part of a step of each unit."""
     targets: dict[str, Any] = {}
     for name, entry in found.items():
-        costs_of: dict[str, Any] = {"title": entry["title"], "compiler": f"{entry['compiler']}, -O2"}
+        costs_of: dict[str, Any] = {
+            "title": entry["title"],
+            "compiler": f"{entry['compiler']}, -O2",
+        }
         for real in REALS:
             for kind, rows in _rows(entry[real]).items():
                 for key in ("typical", "most"):
                     counted = [
-                        (counts, max(row[key], row.get("first", 0) if key == "most" else 0)) for counts, row in rows
+                        (counts, max(row[key], row.get("first", 0) if key == "most" else 0))
+                        for counts, row in rows
                     ]
                     fixed = {"maps": entry[real]["map"]}
-                    if kind.startswith("joint"):  # a compensator in it once, a direct inverse along two angles
-                        times, inner = (2, "direct_block") if kind == "joint_direct" else (1, "block")
+                    if kind.startswith(
+                        "joint"
+                    ):  # a compensator in it once, a direct inverse along two angles
+                        times, inner = (
+                            (2, "direct_block") if kind == "joint_direct" else (1, "block")
+                        )
                         parts = costs_of[inner][real][key]
-                        fixed |= {part: times * cost for part, cost in parts.items() if part not in ("step", "maps")}
-                    costs_of.setdefault(kind, {}).setdefault(real, {})[key] = costs.cover(counted, fixed)
+                        fixed |= {
+                            part: times * cost
+                            for part, cost in parts.items()
+                            if part not in ("step", "maps")
+                        }
+                    costs_of.setdefault(kind, {}).setdefault(real, {})[key] = costs.cover(
+                        counted, fixed
+                    )
                     for core, cost in entry[real]["tunable"].items():
                         if kind.startswith(core):
                             costs_of[kind][real][key]["tunable"] = cost[key]
@@ -320,7 +399,10 @@ def _rows(entry: dict[str, Any]) -> dict[str, list[tuple[dict[str, int], dict[st
     found: dict[str, list[tuple[dict[str, int], dict[str, float]]]] = {}
     for kind, of in (("block", "steps"), ("joint", "joint")):
         found[kind] = [({"operators": int(n)}, row) for n, row in entry[of].items()]
-    for row in (*entry["units"], *(row for both in entry["rows"].values() for row in both.values())):
+    for row in (
+        *entry["units"],
+        *(row for both in entry["rows"].values() for row in both.values()),
+    ):
         found.setdefault(row["kind"], []).append((row["counts"], row))
     return found
 
@@ -329,7 +411,9 @@ def text(content: dict[str, Any]) -> str:
     """Return JSON with a line a row: an object stands on one where it has room there."""
     said = json.dumps(content, indent=1)
     for pattern in (r"\{[^{}]*\}", r"\{[^{}]*(?:\{[^{}\n]*\}[^{}]*)+\}"):
-        said = re.sub(pattern, lambda row: one if len(one := " ".join(row[0].split())) < 300 else row[0], said)
+        said = re.sub(
+            pattern, lambda row: one if len(one := " ".join(row[0].split())) < 300 else row[0], said
+        )
     return said + "\n"
 
 
@@ -349,20 +433,36 @@ def table(found: dict[str, Any]) -> list[str]:
     for name, entry in found.items():
         for real in REALS:
             row, joint = entry[real]["steps"][str(PLAYS)], entry[real]["joint"][str(PLAYS)]
-            cells = (row["typical"], row["none"], row["all"], row["free"], row["held"], row["most"], joint["typical"])
+            cells = (
+                row["typical"],
+                row["none"],
+                row["all"],
+                row["free"],
+                row["held"],
+                row["most"],
+                joint["typical"],
+            )
             rows.append(
-                f"{name + ' ' + real:22}" + "".join(f"{cell:12.0f}" for cell in cells) + f"{joint['most']:12.0f}"
+                f"{name + ' ' + real:22}"
+                + "".join(f"{cell:12.0f}" for cell in cells)
+                + f"{joint['most']:12.0f}"
             )
     return rows
 
 
 def main() -> None:
     """Measure, print, write, and fail if a limit is missed."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--bits", action="store_true", help="compare bits instead of counting")
-    parser.add_argument("--quick", action="store_true", help="n = 14 alone, and bits of a few models")
+    parser.add_argument(
+        "--quick", action="store_true", help="n = 14 alone, and bits of a few models"
+    )
     parser.add_argument("--json", type=Path, help="file for the results")
-    parser.add_argument("--budget", action="store_true", help=f"write {BUDGET.name} for dehyst export")
+    parser.add_argument(
+        "--budget", action="store_true", help=f"write {BUDGET.name} for dehyst export"
+    )
     options = parser.parse_args()
     faults = check_bits(20, 200) if options.quick else check_bits(100, 1000) if options.bits else []
     if not options.bits:
@@ -370,7 +470,7 @@ def main() -> None:
         print("\n".join(table(found)))
         faults += missed(found)
         if options.json:
-            options.json.write_text(text(found), encoding="utf-8")
+            save(options.json, found)
         if options.budget:
             BUDGET.write_text(text(lines(found)), encoding="utf-8")
     if faults:
@@ -383,10 +483,16 @@ def missed(found: dict[str, Any]) -> list[str]:
         return []
     entry = found["cortex-m4f"]["float"]
     row, limit, many = entry["steps"][str(PLAYS)], PLAYS * PER_PLAY, max(costs.MIXED)
-    faults = [f"{name}: {row[name]} > {limit}" for name in ("typical", "none", "all") if row[name] > limit]
+    faults = [
+        f"{name}: {row[name]} > {limit}" for name in ("typical", "none", "all") if row[name] > limit
+    ]
     for what, most in PER_ELEMENT.items():
         typical = entry["elements"][what]["steps"][str(many)]["typical"]
-        faults += [f"{many} elements {what}: {typical:.0f} > {many * most}"] if typical > many * most else []
+        faults += (
+            [f"{many} elements {what}: {typical:.0f} > {many * most}"]
+            if typical > many * most
+            else []
+        )
     return faults
 
 

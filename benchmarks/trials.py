@@ -17,7 +17,7 @@ from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 from typing import Any
 
-from dehyst.robot.experiments import point
+from dehyst_robot.experiments import _point as point
 
 TRIALS = ("slow", "slow_no_integrator", "fast")
 COMPARED = ("off", "paper", "scaled", "direct", "creep", "best", "ilc")
@@ -25,26 +25,44 @@ SLOW = {"maxwell-slip": 0.10, "preisach": 0.10, "dahl": 0.15}
 Row = tuple[str, float, float | None]
 
 
-def evaluate_point(changes: dict[str, object], run_settings: dict[str, object] | None = None, **more: Any) -> Any:
+def evaluate_point(
+    changes: dict[str, object], run_settings: dict[str, object] | None = None, **more: Any
+) -> Any:
     """A point of the kind plant, on which these bounds were set."""
-    return point.evaluate_point(changes, run_settings={"conditions": "kind", **(run_settings or {})}, **more)
+    return point.evaluate_point(
+        changes, run_settings={"conditions": "kind", **(run_settings or {})}, **more
+    )
 
 
 def best(plant: str, seed: int) -> Iterator[Row]:
-    found = evaluate_point({"hysteresis.mechanism": plant}, trials=TRIALS, compensators=COMPARED, seed=seed)
+    found = evaluate_point(
+        {"hysteresis.mechanism": plant}, trials=TRIALS, compensators=COMPARED, seed=seed
+    )
     rms = {"slow": SLOW[plant], "slow_no_integrator": 0.10, "fast": 0.40}
     for trial, name in product(TRIALS, COMPARED[1:]):
         judged = name == "best"
-        yield f"{trial}, {name}, rms", found[f"{trial}/{name}/ratio_rms"], rms[trial] if judged else None
+        yield (
+            f"{trial}, {name}, rms",
+            found[f"{trial}/{name}/ratio_rms"],
+            rms[trial] if judged else None,
+        )
         most = 0.35 if judged and trial == "slow" else None
         yield f"{trial}, {name}, max", found[f"{trial}/{name}/ratio_max"], most
-    alone = evaluate_point({"hysteresis.mechanism": plant}, trials=("slow",), compensators=("off", "best"), seed=seed)
-    yield "inverse error over hysteresis on unseen loops, best", alone["inverse_rms_ratio_unseen"], 0.10
+    alone = evaluate_point(
+        {"hysteresis.mechanism": plant}, trials=("slow",), compensators=("off", "best"), seed=seed
+    )
+    yield (
+        "inverse error over hysteresis on unseen loops, best",
+        alone["inverse_rms_ratio_unseen"],
+        0.10,
+    )
 
 
 def gravity(plant: str, seed: int) -> Iterator[Row]:
     for joint in (2, 4):
-        found = evaluate_point({"hysteresis.mechanism": plant}, joint=joint, compensators=("off", "best"), seed=seed)
+        found = evaluate_point(
+            {"hysteresis.mechanism": plant}, joint=joint, compensators=("off", "best"), seed=seed
+        )
         yield f"joint {joint}, slow, best, rms", found["slow/best/ratio_rms"], 0.25
 
 
@@ -62,7 +80,11 @@ def times(plant: str, seed: int) -> Iterator[Row]:
             run_settings={"time_constants_factor": factor},
             seed=seed,
         )
-        yield f"slow, creep, time constants x {factor:.2g}, rms", found["slow/creep/ratio_rms"], 0.20
+        yield (
+            f"slow, creep, time constants x {factor:.2g}, rms",
+            found["slow/creep/ratio_rms"],
+            0.20,
+        )
 
 
 def pressure(plant: str, seed: int) -> Iterator[Row]:
@@ -88,7 +110,9 @@ PARTS: dict[str, Callable[[str, int], Iterator[Row]]] = {
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--plants", nargs="+", default=list(SLOW), choices=list(SLOW))
     parser.add_argument("--only", nargs="+", default=list(PARTS), choices=list(PARTS))
     parser.add_argument("--seed", type=int, default=0)

@@ -4,7 +4,7 @@ costs.
 python benchmarks/unknown_memory.py [--histories 10000] [--samples 200] [--json]
 
 Histories begin in an arbitrary admissible state and make strokes of all sizes; the plays that follow them are plain
-numpy (tests/unknown_histories.py). Ends with status 1 if a single one leaves the interval.
+numpy (tests/support/unknown_histories.py). Ends with status 1 if a single one leaves the interval.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
-from dehyst import PrandtlIshlinskii, ShearedPrandtlIshlinskii, StopOperatorModel
-from dehyst.models import HysteresisModel
+from dehyst import PrandtlIshlinskii, StopOperatorModel
+from dehyst.models import HysteresisModel, ShearedPrandtlIshlinskii
 from unknown_histories import contained, turning_path
 
 
@@ -45,7 +45,9 @@ def overestimate(model: HysteresisModel, samples: int) -> float:
     x = turning_path(np.random.default_rng(5), samples, 0.6)
     low, high = model.interval(x)
     plays, _, _ = model._plays()
-    bottom, top = (np.stack([_play(x - plays.center, r, s) for r in plays.thresholds], 1) for s in (-1.0, 1.0))
+    bottom, top = (
+        np.stack([_play(x - plays.center, r, s) for r in plays.thresholds], 1) for s in (-1.0, 1.0)
+    )
     naive = np.abs(top - bottom) @ np.abs(plays.weights)
     wide = high - low > 1e-9
     return float(np.median(naive[wide] / (high - low)[wide]))

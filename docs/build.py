@@ -31,6 +31,7 @@ from generate import (  # noqa: E402 - found beside this file
     errors,
     figures,
     findings,
+    foreign_rigs,
     gains,
     models,
     notebooks,
@@ -43,6 +44,7 @@ from generate import (  # noqa: E402 - found beside this file
     speed,
     stale,
     targets,
+    thresholds,
     which_model,
 )
 
@@ -53,7 +55,7 @@ def decisions() -> str:
         "# Decisions",
         "",
         "Choices that could have been made otherwise, each with the measurements behind it. What `identify` rests",
-        "on: 3, 33, 42, 43, 46 and 48. A number that is missing was merged into another record, which says so.",
+        "on: 3, 33, 42, 43, 46, 48, 63 and 64. A number that is missing was merged into another record, which says so.",
         "",
     ]
     for path in sorted((DOCS / "decisions").glob("0*.md")):
@@ -70,9 +72,12 @@ REFERENCE = {
     "errors.md": errors.page,
     "parameters.md": parameters.page,
     "python.md": python_names.page,
+    "thresholds.md": thresholds.page,
     "warnings.md": findings.page,
 } | models.pages()
-PAGES = {f"reference/{name}": make for name, make in REFERENCE.items()} | {"decisions/README.md": decisions}
+PAGES = {f"reference/{name}": make for name, make in REFERENCE.items()} | {
+    "decisions/README.md": decisions
+}
 
 
 # Page, and name of the part of it that is generated -> what makes it.
@@ -89,6 +94,7 @@ PARTS = {
     ("explanation/proofs.md", "results"): proofs.page,
     ("explanation/bouc-wen-benchmark.md", "results"): bouc_wen.page,
     ("explanation/which-model-when.md", "results"): which_model.page,
+    ("explanation/which-model-when.md", "rigs"): foreign_rigs.page,
     ("explanation/which-model-when.md", "black boxes"): black_boxes.page,
     ("explanation/reviewed-controllers.md", "results"): reviewed.page,
     ("explanation/validate-the-plant.md", "results"): plant_fit.page,
@@ -116,9 +122,13 @@ def generated_pages() -> dict[Path, str]:
 
 
 def written_pages() -> list[Path]:
-    """Return README.md and every page below docs/ that shows code and what it prints."""
-    pages = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
-    return [page for page in pages if page.is_file() and blocks.steps(page.read_text(encoding="utf-8"))]
+    """Return the READMEs and every page below docs/ that show code and what it prints."""
+    pages = [ROOT / "README.md", *sorted(ROOT.glob("packages/*/README.md"))]
+    # Recipes for contributors are run by tests/test_contributing.py, which puts their files in place.
+    pages += [page for page in sorted(DOCS.rglob("*.md")) if page.parent.name != "contributing"]
+    return [
+        page for page in pages if page.is_file() and blocks.steps(page.read_text(encoding="utf-8"))
+    ]
 
 
 def written_notebooks() -> list[Path]:
@@ -133,8 +143,8 @@ def true_text(text: str) -> str:
 
 
 def headlines() -> str:
-    """Return a line a module of src/dehyst: its path and the first line of its docstring."""
-    lines, source = [], ROOT / "src" / "dehyst"
+    """Return a line a module of packages/dehyst/src/dehyst: its path and the first line of its docstring."""
+    lines, source = [], ROOT / "packages"
     for folder in sorted({path.parent for path in source.rglob("*.py")}):
         lines += ["", folder.relative_to(source.parent).as_posix()]
         for path in sorted(folder.glob("*.py")):
@@ -145,18 +155,30 @@ def headlines() -> str:
 
 def main() -> int:
     """Write, or check, everything that is generated."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--check", action="store_true", help="write nothing, name what is not up to date")
-    parser.add_argument("--headlines", action="store_true", help="print the first line of every module")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--check", action="store_true", help="write nothing, name what is not up to date"
+    )
+    parser.add_argument(
+        "--headlines", action="store_true", help="print the first line of every module"
+    )
     parser.add_argument("pages", nargs="*", type=Path, help="only these pages, without figures")
     given = parser.parse_args()
     if given.headlines:
         print(headlines())
         return 0
     check, chosen = given.check, {page.resolve() for page in given.pages}
-    stale = [path for path, text in generated_pages().items() if _chosen(path, chosen) and _put(path, text, check)]
+    stale = [
+        path
+        for path, text in generated_pages().items()
+        if _chosen(path, chosen) and _put(path, text, check)
+    ]
     stale += [
-        path for path in [*written_pages(), *written_notebooks()] if _chosen(path, chosen) and _refresh(path, check)
+        path
+        for path in [*written_pages(), *written_notebooks()]
+        if _chosen(path, chosen) and _refresh(path, check)
     ]
     for path in stale:
         print(f"{'not up to date' if check else 'wrote'}: {path.relative_to(ROOT)}")
@@ -174,7 +196,11 @@ def _chosen(path: Path, pages: set[Path]) -> bool:
 def _refresh(path: Path, check: bool) -> bool:
     """Bring the shown outputs of a page up to date; leave it alone if it was edited while its code ran."""
     before = path.read_text(encoding="utf-8")
-    text = notebooks.true_notebook(before, redraw=not check) if path.suffix == ".ipynb" else true_text(before)
+    text = (
+        notebooks.true_notebook(before, redraw=not check)
+        if path.suffix == ".ipynb"
+        else true_text(before)
+    )
     return path.read_text(encoding="utf-8") == before and _put(path, text, check)
 
 

@@ -8,7 +8,7 @@ first valve are searched, the second one does the opposite. It takes about a min
 
 import numpy as np
 
-import dehyst
+import dehyst_robot
 
 
 def policy(gains, seen):
@@ -33,7 +33,7 @@ def error(env, gains, seeds):
 
 def learn(rounds=12, population=24, elite=6, seed=0):
     """Return the error of the mean policy after each round. [deg]"""
-    env, random = dehyst.gym(joints=(1,), seconds=1.5), np.random.default_rng(seed)
+    env, random = dehyst_robot.gym(joints=(1,), seconds=1.5), np.random.default_rng(seed)
     mean, spread, errors = np.zeros(4), np.array([3.0, 1.0, 1.0, 0.1]), []
     for k in range(rounds):
         errors.append(error(env, mean, range(100, 106)))

@@ -5,7 +5,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from dehyst.robot.mujoco_plugin import load
+from dehyst_robot.mujoco_plugin import load
 
 PULSES = ((1.0, 0.25), (-1.0, 0.5), (1.0, 0.25))  # valve of the flexor, share of its way; seconds: there, back, again
 

@@ -54,5 +54,5 @@ if __name__ == "__main__":
     print(fit.verdict)
     slope = np.ptp(fit.recordings[0].output) / np.ptp(fit.recordings[0].input)
     for gain, name in ((0.0, "no feedback"), (0.3, "PI controller")):
-        plain, compensated = track(lambda y: y / slope, gain), track(fit.model.inverse().stepper(), gain)
+        plain, compensated = (track(lambda y: y / slope, gain), track(fit.model.inverse().stepper(), gain))
         print(f"{name}: rms error {plain:.3f} um with a linear feedforward, {compensated:.3f} um with the compensator")

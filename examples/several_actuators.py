@@ -17,7 +17,7 @@ def in_series() -> None:
     valve, joint = Relays(1, 0.15), Relays(2, 0.25)
     pressure = valve.play(TRAINING)
     angle = joint.play(pressure)
-    both, first, last = identified(TRAINING, angle), identified(TRAINING, pressure), identified(pressure, angle)
+    both, first, last = (identified(TRAINING, angle), identified(TRAINING, pressure), identified(pressure, angle))
     slope, offset = np.polyfit(TRAINING, angle, 1)
     print("in series: voltage -> valve -> pressure -> joint -> angle")
     for name, voltage in (

@@ -12,7 +12,16 @@ def run(quick: bool) -> tuple[str, str, str]:
     gcc = tool(CURE, "gcc")
     if int(version(gcc, "-dumpfullversion").partition(".")[0]) < 10:
         raise Failed(f"gcc {version(gcc, '-dumpfullversion')} has no analyzer; 10 or newer has")
-    options = ["-std=c11", "-O2", "-fanalyzer", "-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror"]
+    options = [
+        "-std=c11",
+        "-O2",
+        "-fanalyzer",
+        "-Wall",
+        "-Wextra",
+        "-Wconversion",
+        "-Wpedantic",
+        "-Werror",
+    ]
     for define in ([], ["-DDEHYST_FLOAT"]):
         for source in sources():
             said([gcc, *options, *define, f"-I{CORE}", "-c", source, "-o", "/dev/null"])

@@ -17,13 +17,16 @@ from pathlib import Path
 
 from outcome import CORE, said, sources, tool
 
-TESTS = CORE.parent / "tests"
+TESTS = CORE.parents[2] / "tests" / "support"
 RUNS = (("core_bits", ()), ("core_claims", ()), ("block_random", ("6000", "1")))
 EXPLAINED = {
     ("joint_image.c", "return numbers && (step >= value || value - step < value);"): (
         "what is no number is refused by reals_are_good before"
     ),
-    ("element_inverse.c", "while (close < 2 && round < DEHYST_ROUNDS) {"): "no sum tried needs all rounds",
+    (
+        "element_inverse.c",
+        "while (close < 2 && round < DEHYST_ROUNDS) {",
+    ): "no sum tried needs all rounds",
     ("element_inverse.c", "const int halves = slow || round >= LAST || (beyond && known[up]);"): (
         "the last halvings keep the bound of time for any sum; no sum tried gets there"
     ),
@@ -38,16 +41,31 @@ def counted(folder: Path) -> dict[tuple[str, int], list[int]]:
     for source in sources():
         said([gcc, *options, "-c", source, "-o", folder / f"{source.stem}.o"])
     for name, arguments in RUNS:
-        program = [gcc, f"-I{CORE}", "--coverage", TESTS / f"{name}.c", *sorted(folder.glob("[!.]*.o")), "-lm"]
+        program = [
+            gcc,
+            f"-I{CORE}",
+            "--coverage",
+            TESTS / f"{name}.c",
+            *sorted(folder.glob("[!.]*.o")),
+            "-lm",
+        ]
         said([*program, "-o", folder / name], cwd=folder)
         said([folder / name, *arguments])
     taken: dict[tuple[str, int], list[int]] = {}
     for source in sources():
         said(
-            [gcov, "--json-format", "--branch-counts", "--branch-probabilities", folder / f"{source.stem}.o"],
+            [
+                gcov,
+                "--json-format",
+                "--branch-counts",
+                "--branch-probabilities",
+                folder / f"{source.stem}.o",
+            ],
             cwd=folder,
         )
-        for found in json.loads(gzip.decompress((folder / f"{source.stem}.gcov.json.gz").read_bytes()))["files"]:
+        for found in json.loads(
+            gzip.decompress((folder / f"{source.stem}.gcov.json.gz").read_bytes())
+        )["files"]:
             if Path(found["file"]).name == source.name:
                 for line in found["lines"]:
                     taken[source.name, line["line_number"]] = [b["count"] for b in line["branches"]]
@@ -66,7 +84,8 @@ def main() -> int:
             why = EXPLAINED.get((name, text), "")
             unexplained += not why
             print(
-                f"{name}:{line}: {counts.count(0)} of {len(counts)} never taken: {text}" + (f" ({why})" if why else "")
+                f"{name}:{line}: {counts.count(0)} of {len(counts)} never taken: {text}"
+                + (f" ({why})" if why else "")
             )
     for name in sorted(total):
         print(f"{name:22} {total[name] - missed[name]:4} of {total[name]:4}")

@@ -63,22 +63,34 @@ def analysed(
         If there is an alarm, or an assertion is not proved.
     """
     with tempfile.TemporaryDirectory() as folder:
-        Path(folder, "parameters.h").write_text('#include "dehyst.h"\n' + block.declarations(), encoding="utf-8")
-        includes = (
-            f"-I{folder} -I{CORE} -I{HERE} -include {HERE / 'eva' / 'accept.h'} {' '.join(f'-D{d}' for d in defines)}"
+        Path(folder, "parameters.h").write_text(
+            '#include "dehyst.h"\n' + block.declarations(), encoding="utf-8"
         )
-        options = ["-eva-precision", str(precision), "-warn-special-float", "none", "-eva-split-return", "auto"]
+        macros = " ".join(f"-D{name}" for name in defines)
+        includes = f"-I{folder} -I{CORE} -I{HERE} -include {HERE / 'eva' / 'accept.h'} {macros}"
+        options = [
+            "-eva-precision",
+            str(precision),
+            "-warn-special-float",
+            "none",
+            "-eva-split-return",
+            "auto",
+        ]
         apart = APART if "joint.c" in files else apart
         options += ["-eva-slevel-function", ",".join(apart)] if apart else []
         sources = [HERE / "eva" / harness, *(CORE / name for name in files if name != WITHIN)]
         sources.append(_within(Path(folder)))
-        told = said([tool(CURE, "frama-c"), f"-cpp-extra-args={includes}", "-eva", *options, *sources])
+        told = said(
+            [tool(CURE, "frama-c"), f"-cpp-extra-args={includes}", "-eva", *options, *sources]
+        )
     alarms, proved = ALARMS.search(told), ASSERTIONS.search(told)
     if not alarms or not proved:
         raise Failed(f"EVA said:\n{told[-1500:]}")
     if alarms[1] != "0" or proved[2] != "0" or proved[3] != "0":
         lines = [line for line in told.splitlines() if "alarm" in line or "assert" in line]
-        raise Failed(f"{block.name}: {alarms[1]} alarms, assertions {proved[0]}: {'; '.join(lines[:5])}")
+        raise Failed(
+            f"{block.name}: {alarms[1]} alarms, assertions {proved[0]}: {'; '.join(lines[:5])}"
+        )
     return int(proved[1])
 
 
@@ -98,7 +110,11 @@ def _within(folder: Path) -> Path:
 def block_step(quick: bool) -> tuple[str, str, str]:
     """Blocks of both directions, in both precisions, from a reset and from any state."""
     sets = SETS[3:] if quick else SETS
-    runs = [(block, defines) for block in sets for defines in ((), ("ANY_STATE",), ("ANY_STATE", "DEHYST_FLOAT"))]
+    runs = [
+        (block, defines)
+        for block in sets
+        for defines in ((), ("ANY_STATE",), ("ANY_STATE", "DEHYST_FLOAT"))
+    ]
     assertions = sum(analysed("block.c", block, BLOCK, 2, defines) for block, defines in runs)
     return (
         _tool(),
@@ -113,19 +129,25 @@ def joint_step(quick: bool) -> tuple[str, str, str]:
     return (
         _tool(),
         "1 controller with a compensator of 8 operators",
-        (f"0 alarms, {assertions} bounds proved: valves within -1..1, pressures within their limits, all finite"),
+        (
+            f"0 alarms, {assertions} bounds proved: valves within -1..1, pressures within their limits, all finite"
+        ),
     )
 
 
 def direct_step(quick: bool) -> tuple[str, str, str]:
     """A direct inverse and its learning on their own, and in the joint controller."""
     files = ("direct.c", "learning.c", "block.c", "model.c", "pi.c", "map.c", "bounds.c")
-    assertions = sum(analysed("direct.c", inverse(2), files, 1, defines) for defines in ((), ("DEHYST_FLOAT",)))
+    assertions = sum(
+        analysed("direct.c", inverse(2), files, 1, defines) for defines in ((), ("DEHYST_FLOAT",))
+    )
     assertions += analysed("joint.c", inverse(2), JOINT, 1, ("DIRECT",))
     return (
         _tool(),
         "a direct inverse with all kinds of terms, 3 runs",
-        (f"0 alarms, {assertions} bounds proved: its answer, learned scales and offset within their limits, finite"),
+        (
+            f"0 alarms, {assertions} bounds proved: its answer, learned scales and offset within their limits, finite"
+        ),
     )
 
 
@@ -136,20 +158,28 @@ def elements_step(quick: bool) -> tuple[str, str, str]:
     return (
         _tool(),
         f"a sum of elements of every kind, {len(runs)} run{'s' if len(runs) > 1 else ''}",
-        (f"0 alarms, {assertions} bounds proved: solutions within their range, in a bounded number of rounds"),
+        (
+            f"0 alarms, {assertions} bounds proved: solutions within their range, in a bounded number of rounds"
+        ),
     )
 
 
 def element_block_step(quick: bool) -> tuple[str, str, str]:
     """A block of all kinds of elements: evaluated, also within a reach, and solved; any state leads to such a state."""
     files = (*ELEMENTS, "element_block.c")
-    kinds = [("SOLVES=0", "REACH=DEHYST_FAR"), ("SOLVES=0", "REACH=2"), ("SOLVES=1", "REACH=DEHYST_FAR")]
+    kinds = [
+        ("SOLVES=0", "REACH=DEHYST_FAR"),
+        ("SOLVES=0", "REACH=2"),
+        ("SOLVES=1", "REACH=DEHYST_FAR"),
+    ]
     runs = [(*kind, *precision) for kind in kinds for precision in PRECISIONS[: 1 if quick else 2]]
     assertions = sum(analysed("element_block.c", inverse(2), files, 1, defines) for defines in runs)
     return (
         _tool(),
         f"blocks of every kind of element, {len(runs)} runs",
-        (f"0 alarms, {assertions} bounds proved: output within its range, memory, share and flags within theirs"),
+        (
+            f"0 alarms, {assertions} bounds proved: output within its range, memory, share and flags within theirs"
+        ),
     )
 
 
@@ -160,7 +190,9 @@ def offset_step(quick: bool) -> tuple[str, str, str]:
     return (
         _tool(),
         "an offset that follows the last cycle, 2 runs",
-        (f"0 alarms, {assertions} bounds proved: offset within its limit, all finite, counts within theirs"),
+        (
+            f"0 alarms, {assertions} bounds proved: offset within its limit, all finite, counts within theirs"
+        ),
     )
 
 
@@ -181,7 +213,9 @@ class Exported:
         files = {path: text for path, text in unit_files(self.subject).items() if path != CONFIG}
         include = '#include "unit.h"\n'
         limits = (("LOW", block.output_low), ("HIGH", block.output_high))
-        defines = [f"#define OUTPUT_{end} ((dehyst_real)({value.hex()}))\n" for end, value in limits]
+        defines = [
+            f"#define OUTPUT_{end} ((dehyst_real)({value.hex()}))\n" for end, value in limits
+        ]
         return "".join([files["unit.h"], files["unit.c"].replace(include, ""), *defines])
 
 
@@ -189,10 +223,15 @@ def tunable_step(quick: bool) -> tuple[str, str, str]:
     """Exports with tunable numbers, whatever another thread writes into both pages and their number at any time."""
     card = ModelCard(SignalCard("u", "bar", -1.0, 1.5), SignalCard("y", "deg", -2.0, 3.0))
     plays = PrandtlIshlinskii([0.0, 0.1, 0.4], [1.0, 0.5, 0.3], 0.2, None, 0.5, card=card)
-    after, before = MonotoneMap([-3.0, 0.0, 4.0], [-2.0, 0.5, 3.0]), MonotoneMap([-1.0, 0.3, 1.5], [-1.2, 0.0, 1.4])
+    after, before = (
+        MonotoneMap([-3.0, 0.0, 4.0], [-2.0, 0.5, 3.0]),
+        MonotoneMap([-1.0, 0.3, 1.5], [-1.2, 0.0, 1.4]),
+    )
     model = ModifiedPrandtlIshlinskii(plays, after, before).with_card(card)
     cases = [(model, "inverse", real) for real in ("double", "float")]
-    cases = cases[:1] if quick else [*cases, (model, "forward", "double"), (plays, "inverse", "double")]
+    cases = (
+        cases[:1] if quick else [*cases, (model, "forward", "double"), (plays, "inverse", "double")]
+    )
     assertions = 0
     for one, what, real in cases:
         unit = Exported(subject_of(one, what, name="unit", real=real, tunable=True))
@@ -210,7 +249,11 @@ def _tool() -> str:
 
 
 PROOFS = (
-    Proof("eva-block", "a block's step, for every input: no undefined behaviour, output within its range", block_step),
+    Proof(
+        "eva-block",
+        "a block's step, for every input: no undefined behaviour, output within its range",
+        block_step,
+    ),
     Proof(
         "eva-joint",
         "the joint controller's step, for every input: no undefined behaviour, valves within -1..1",

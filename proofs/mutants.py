@@ -1,9 +1,10 @@
 """Mutation testing: small faults are put into files, one at a time, and the tests must find them.
 
-    python proofs/mutants.py OUT.json --files core/*.c --count 300 \\
+    python proofs/mutants.py OUT.json --files packages/dehyst/core/*.c --count 300 \\
         --build 'cmake --build build --target _native' --artefact 'build/_native*.so' \\
-        --test '{python} -m pytest -x -q tests/test_core_pi.py'
-    python proofs/mutants.py OUT.json --files src/dehyst/data/loops.py --count 20 --test 'pytest -x -q tests/...'
+        --test '{python} -m pytest -x -q packages/dehyst/tests/core/test_core_pi.py'
+    python proofs/mutants.py OUT.json --files packages/dehyst/src/dehyst/data/_loops.py --count 20 \\
+        --test 'pytest -x -q packages/dehyst/tests/data'
 
 Works on a copy of the files that git knows, below --work, with the built extension beside it; {python} is this Python,
 so that it imports the copy. A --test that begins with the word pytest runs in a fork of this process instead, which has
@@ -35,6 +36,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[1]
+SOURCES = ("packages/dehyst/src", "packages/dehyst-robot/src", "packages/dehyst-targets/src")
 SWAPS = {
     "<": ("<=", ">="), "<=": ("<", ">"), ">": (">=", "<="), ">=": (">", "<"), "==": ("!=",), "!=": ("==",),
     "+": ("-",), "-": ("+",), "*": ("/",), "/": ("*",), "%": ("*",), "//": ("*",), "**": ("*",),
@@ -50,9 +52,12 @@ C_TOKEN = re.compile(
     re.DOTALL | re.MULTILINE,
 )
 C_STATEMENT = re.compile(
-    r"^[ \t]+((?:\+\+|--)?[A-Za-z_*(][\w>.\[\]*-]*(?: [-+*/|&]?= |\(|;|\+\+;|--;)[^;{}]*;)[ \t]*(?:/\*.*)?$", re.M
+    r"^[ \t]+((?:\+\+|--)?[A-Za-z_*(][\w>.\[\]*-]*(?: [-+*/|&]?= |\(|;|\+\+;|--;)[^;{}]*;)[ \t]*(?:/\*.*)?$",
+    re.M,
 )
-C_NO_STATEMENT = re.compile(r"(return|break|continue|goto|case|typedef|const|static|else|if|for|while|do)\b")
+C_NO_STATEMENT = re.compile(
+    r"(return|break|continue|goto|case|typedef|const|static|else|if|for|while|do)\b"
+)
 
 
 class Mutant(NamedTuple):
@@ -71,7 +76,10 @@ def changes(token: str) -> tuple[str, ...]:
     if not number:
         return SWAPS.get(token, ())
     if token.lower().startswith("0x") or token.rstrip("uUlL").isdigit():
-        return (f"{int(number[1], 0) + 1}{number[2]}", *(("0" + number[2],) if int(number[1], 0) == 1 else ()))
+        return (
+            f"{int(number[1], 0) + 1}{number[2]}",
+            *(("0" + number[2],) if int(number[1], 0) == 1 else ()),
+        )
     return (f"({token} * 1.5)", "0.0") if float(number[1]) else ("1.0",)
 
 
@@ -82,7 +90,9 @@ def of_c(name: str, text: str) -> Iterator[Mutant]:
         if token is None:
             continue
         operand = bool(re.match(r"[\w)\]]", before)) and before not in ("return", "case")
-        pointer = token == "*" and (not operand or (re.match(r"[A-Za-z_]\w*$", before) and text[found.end()].isalpha()))
+        pointer = token == "*" and (
+            not operand or (re.match(r"[A-Za-z_]\w*$", before) and text[found.end()].isalpha())
+        )
         if not (pointer or (token == "&" and not operand)):
             for after in changes(token):
                 yield Mutant(name, found.start(), found.end(), token, after)
@@ -105,18 +115,31 @@ def of_python(name: str, text: str) -> Iterator[Mutant]:
 
     idle = []
     for node in ast.walk(tree):
-        idle += [span(n) for n in (getattr(node, "annotation", None), getattr(node, "returns", None)) if n is not None]
+        idle += [
+            span(n)
+            for n in (getattr(node, "annotation", None), getattr(node, "returns", None))
+            if n is not None
+        ]
         idle += [span(n) for n in getattr(node, "decorator_list", [])]
         if isinstance(node, ast.Raise | ast.ImportFrom | ast.Import):
             idle.append(span(node))  # the words of an error are no arithmetic
-    if_checking = [span(n) for n in ast.walk(tree) if isinstance(n, ast.If) and "TYPE_CHECKING" in ast.unparse(n.test)]
+    if_checking = [
+        span(n)
+        for n in ast.walk(tree)
+        if isinstance(n, ast.If) and "TYPE_CHECKING" in ast.unparse(n.test)
+    ]
     made = []
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         if token.type in (tokenize.OP, tokenize.NUMBER, tokenize.NAME):
             at = starts[token.start[0] - 1] + token.start[1]
-            made += [Mutant(name, at, at + len(token.string), token.string, after) for after in changes(token.string)]
+            made += [
+                Mutant(name, at, at + len(token.string), token.string, after)
+                for after in changes(token.string)
+            ]
     for node in ast.walk(tree):
-        stored = isinstance(node, ast.Assign) and not isinstance(node.targets[0], ast.Name)  # others end as NameError
+        stored = isinstance(node, ast.Assign) and not isinstance(
+            node.targets[0], ast.Name
+        )  # others end as NameError
         called = isinstance(node, ast.Expr) and isinstance(node.value, ast.Call)
         if stored or called or isinstance(node, ast.AugAssign | ast.Raise):
             at, end = span(node)
@@ -154,20 +177,23 @@ def draw(files: list[str], count: int, seed: int) -> list[Mutant]:
 
 def copy_tree(work: Path) -> None:
     """Put what git knows below `work`, with the built extension in its place."""
-    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True, text=True).stdout
+    listed = subprocess.run(
+        ["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True, text=True
+    ).stdout
     for name in filter(None, listed.split("\0")):
         if (ROOT / name).is_file():
             (work / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / name, work / name)
-    where = [*map(Path, sys.path), ROOT / "src"]
+    where = [*map(Path, sys.path), *(ROOT / folder for folder in SOURCES)]
     for built in (p for folder in where for p in (folder / "dehyst").glob("_native*.so")):
-        shutil.copy(built, work / "src" / "dehyst")
+        shutil.copy(built, work / "packages" / "dehyst" / "src" / "dehyst")
         return
 
 
 def environment(work: Path) -> dict[str, str]:
     """Return one where `python -S` imports the copy first and this Python's packages behind it."""
-    paths = [str(work / "src"), *(p for p in sys.path[1:] if p), sysconfig.get_paths()["purelib"]]
+    sources = [str(work / folder) for folder in SOURCES]
+    paths = [*sources, *(p for p in sys.path[1:] if p), sysconfig.get_paths()["purelib"]]
     return os.environ | {"PYTHONPATH": os.pathsep.join(paths), "PYTHONDONTWRITEBYTECODE": "1"}
 
 
@@ -184,8 +210,10 @@ def forked(arguments: list[str], work: Path, seconds: float) -> bool | None:
         os.chdir(work)
         sys.stdout = sys.stderr = (work / "said.txt").open("w")
         sys.dont_write_bytecode = True
-        sys.meta_path = [finder for finder in sys.meta_path if isinstance(finder, type)]  # no editable install
-        sys.path.insert(0, str(work / "src"))
+        sys.meta_path = [
+            finder for finder in sys.meta_path if isinstance(finder, type)
+        ]  # no editable install
+        sys.path[:0] = [str(work / folder) for folder in SOURCES]
         status = pytest.main([*arguments, "-p", "no:cacheprovider"])
         sys.stdout.flush()
         os._exit(int(status))
@@ -215,7 +243,9 @@ def ran(command: str, work: Path, seconds: float) -> bool | None:
             return None
 
 
-def tried(mutant: Mutant, work: Path, a: argparse.Namespace, unchanged: bytes, seconds: float) -> str:
+def tried(
+    mutant: Mutant, work: Path, a: argparse.Namespace, unchanged: bytes, seconds: float
+) -> str:
     path = work / mutant.file
     text = path.read_text(encoding="utf-8")
     path.write_text(mutated(text, mutant), encoding="utf-8")
@@ -236,21 +266,29 @@ def artefact(work: Path, pattern: str) -> bytes:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("out", type=Path)
     parser.add_argument("--files", nargs="+", required=True)
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--seed", type=int, default=15)
     parser.add_argument("--test", required=True, help="a command that fails if the tests do")
-    parser.add_argument("--build", default="", help="a command that builds the copy before each test")
-    parser.add_argument("--artefact", default="", help="what the build makes; equal bytes mean no fault")
+    parser.add_argument(
+        "--build", default="", help="a command that builds the copy before each test"
+    )
+    parser.add_argument(
+        "--artefact", default="", help="what the build makes; equal bytes mean no fault"
+    )
     parser.add_argument("--work", type=Path, default=ROOT / "build" / "mutants")
     a = parser.parse_args()
     work = a.work.resolve()
     copy_tree(work)
     start = time.perf_counter()
     if (a.build and not ran(a.build, work, 3600)) or not ran(a.test, work, 3600):
-        sys.exit(f"without any mutant the build or the tests fail:\n{(work / 'said.txt').read_text()[-3000:]}")
+        sys.exit(
+            f"without any mutant the build or the tests fail:\n{(work / 'said.txt').read_text()[-3000:]}"
+        )
     unchanged = artefact(work, a.artefact)
     begin = time.perf_counter()
     ran(a.test, work, 3600)
@@ -266,11 +304,16 @@ def main() -> int:
         line, column = above.count("\n") + 1, mutant.start - above.rfind("\n")
         key = (mutant.file, line, column, mutant.before, mutant.after)
         if key not in done or done[key]["outcome"] == "survived":  # more tests may kill it now
-            entry = dict(zip(names, key, strict=True)) | {"outcome": tried(mutant, work, a, unchanged, seconds)}
+            entry = dict(zip(names, key, strict=True)) | {
+                "outcome": tried(mutant, work, a, unchanged, seconds)
+            }
             if entry["outcome"] == "survived" and "why" in done.get(key, {}):
                 entry["why"] = done[key]["why"]
             done[key] = entry
-            print(f"[{number}] {mutant.file}:{line}: {mutant.before} -> {mutant.after}: {entry['outcome']}", flush=True)
+            print(
+                f"[{number}] {mutant.file}:{line}: {mutant.before} -> {mutant.after}: {entry['outcome']}",
+                flush=True,
+            )
             write(a, [*entries, *(m for m in done.values() if m not in entries)])
         entries.append(done[key])
     write(a, entries)
@@ -279,7 +322,13 @@ def main() -> int:
 
 def write(a: argparse.Namespace, entries: list[dict[str, object]]) -> None:
     totals = Counter(str(m["outcome"]) for m in entries)
-    head = {"files": a.files, "seed": a.seed, "build": a.build, "test": a.test, "totals": dict(sorted(totals.items()))}
+    head = {
+        "files": a.files,
+        "seed": a.seed,
+        "build": a.build,
+        "test": a.test,
+        "totals": dict(sorted(totals.items())),
+    }
     lines = ",\n".join(json.dumps(m, ensure_ascii=False) for m in entries)
     text = json.dumps(head, indent=1)[:-2] + ',\n "mutants": [\n' + lines + "\n]}\n"
     a.out.write_text(text, encoding="utf-8")

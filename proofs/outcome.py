@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 HERE = Path(__file__).resolve().parent
-CORE = HERE.parent / "core"
+CORE = HERE.parent / "packages" / "dehyst" / "core"
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,9 @@ class Proof:
             tool, extent, result, ok = "", "", f"not run: {missing}", None
         except Failed as failed:
             tool, extent, result, ok = "", "", str(failed), False
-        return Outcome(self.name, self.claim, tool, extent, result, ok, round(time.perf_counter() - start, 1))
+        return Outcome(
+            self.name, self.claim, tool, extent, result, ok, round(time.perf_counter() - start, 1)
+        )
 
 
 def tool(cure: str, *names: str) -> str:
@@ -89,7 +91,9 @@ def said(command: Sequence[str | Path], seconds: float = 1200.0, **options: Any)
     except subprocess.TimeoutExpired as late:
         raise Failed(f"{Path(str(command[0])).name}: not done after {seconds:.0f} s") from late
     if done.returncode:
-        raise Failed(f"{Path(str(command[0])).name} ended with status {done.returncode}:\n{done.stdout[-2000:]}")
+        raise Failed(
+            f"{Path(str(command[0])).name} ended with status {done.returncode}:\n{done.stdout[-2000:]}"
+        )
     return done.stdout
 
 

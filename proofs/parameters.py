@@ -33,14 +33,23 @@ class Block:
 
     def declarations(self) -> str:
         """Return the C text: tables `<name>_...`, the block, memory for its state, and its sizes."""
-        rows = {"threshold": self.threshold, "slope": self.slope, "loading": self.loading, "start": self.start}
+        rows = {
+            "threshold": self.threshold,
+            "slope": self.slope,
+            "loading": self.loading,
+            "start": self.start,
+        }
         rows |= {
             "before_u": self.before[0],
             "before_v": self.before[1],
             "after_u": self.after[0],
             "after_v": self.after[1],
         }
-        lines = [f"static const dehyst_real {name}[] = {_list(row)};" for name, row in rows.items() if row]
+        lines = [
+            f"static const dehyst_real {name}[] = {_list(row)};"
+            for name, row in rows.items()
+            if row
+        ]
         maps = [f"{{{len(m[0])}, {side}_u, {side}_v}}" if m[0] else "{0, 0, 0}"
                 for side, m in (("before", self.before), ("after", self.after))]  # fmt: skip
         numbers = (*self.input, *self.output, *self.reach, *self.line, self.fade)
@@ -122,7 +131,9 @@ def mapped(block: Block) -> Block:
 def dead_zone(n: int) -> Block:
     """Every play has a threshold: nothing is held back."""
     of = forward(n)
-    return replace(of, name=f"model of {n} operators, r_1 > 0", threshold=tuple(r + 0.05 for r in of.threshold))
+    return replace(
+        of, name=f"model of {n} operators, r_1 > 0", threshold=tuple(r + 0.05 for r in of.threshold)
+    )
 
 
 SETS = (forward(14), inverse(14), mapped(forward(6)), mapped(inverse(8)), dead_zone(4), inverse(1))

@@ -30,7 +30,9 @@ class Count:
 
 def built(folder: Path, compiler: str, level: tuple[str, ...], block: Block, *defines: str) -> Path:
     """Compile the core with these options and the counting program without."""
-    Path(folder, "parameters.h").write_text('#include "dehyst.h"\n' + block.declarations(), encoding="utf-8")
+    Path(folder, "parameters.h").write_text(
+        '#include "dehyst.h"\n' + block.declarations(), encoding="utf-8"
+    )
     options = ["-std=c11", f"-I{folder}", f"-I{CORE}", *(f"-D{define}" for define in defines)]
     objects = []
     for name in ("block", "model", "pi", "map", "guard"):
@@ -39,7 +41,9 @@ def built(folder: Path, compiler: str, level: tuple[str, ...], block: Block, *de
     objects.append(folder / "patterns.o")
     said([compiler, *options, "-O2", "-c", HERE / "patterns" / "patterns.c", "-o", objects[-1]])
     program = folder / "patterns"
-    said([compiler, *objects, "-o", program])  # linked without the level: -Ofast would let subnormal numbers vanish
+    said(
+        [compiler, *objects, "-o", program]
+    )  # linked without the level: -Ofast would let subnormal numbers vanish
     return program
 
 
@@ -48,7 +52,8 @@ def counted(program: Path, samples: int) -> list[Count]:
     cores = min(len(os.sched_getaffinity(0)), 8)
     share = -(-samples // cores)
     running = [
-        subprocess.Popen([program, str(core), str(share)], stdout=subprocess.PIPE, text=True) for core in range(cores)
+        subprocess.Popen([program, str(core), str(share)], stdout=subprocess.PIPE, text=True)
+        for core in range(cores)
     ]
     texts = [process.communicate()[0].split() for process in running]
     return [Count(*(int(cell) for cell in cells[:5]), cells[5]) for cells in texts]
@@ -73,7 +78,9 @@ def doubles(quick: bool) -> tuple[str, str, str]:
     return (
         _tools(names),
         f"{len(lines)} x {samples:.0e} samples, inverse of 14 operators".replace("e+0", "e"),
-        (f"0 outputs out of range; {100 * lines[0]:.0f} % rejected; gcc and clang with -O2 agree in every bit"),
+        (
+            f"0 outputs out of range; {100 * lines[0]:.0f} % rejected; gcc and clang with -O2 agree in every bit"
+        ),
     )
 
 
@@ -82,10 +89,16 @@ def floats(quick: bool) -> tuple[str, str, str]:
     samples = 2**24 if quick else 2**32
     gcc = tool(CURE, "gcc")
     with tempfile.TemporaryDirectory() as folder:
-        counts = counted(built(Path(folder), gcc, ("-Ofast",), inverse(14), "DEHYST_FLOAT"), samples)
+        counts = counted(
+            built(Path(folder), gcc, ("-Ofast",), inverse(14), "DEHYST_FLOAT"), samples
+        )
     _check(counts, "gcc -Ofast, float")
     share = "a 256th of the" if quick else "all"
-    return _tools([gcc]), f"{share} 2^32 patterns, inverse of 14 operators", "0 outputs out of range"
+    return (
+        _tools([gcc]),
+        f"{share} 2^32 patterns, inverse of 14 operators",
+        "0 outputs out of range",
+    )
 
 
 def _check(counts: list[Count], how: str) -> None:
@@ -101,6 +114,10 @@ def _tools(compilers: list[str]) -> str:
 
 
 PROOFS = (
-    Proof("patterns-double", "no output out of range for random 64-bit patterns, -O2 and -Ofast", doubles),
+    Proof(
+        "patterns-double",
+        "no output out of range for random 64-bit patterns, -O2 and -Ofast",
+        doubles,
+    ),
     Proof("patterns-float", "no output out of range for every 32-bit pattern, -Ofast", floats),
 )

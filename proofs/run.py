@@ -34,16 +34,23 @@ PROOFS: tuple[Proof, ...] = (
     *eva.PROOFS, *weakest.PROOFS, *solver.PROOFS, *fuzzing.PROOFS, *patterns.PROOFS, *misra.PROOFS, *analyzer.PROOFS,
 )  # fmt: skip
 ROOT = Path(__file__).resolve().parents[1]
+KERNEL = ROOT / "packages" / "dehyst"
 RESULTS = ROOT / "proofs" / "results.json"
 WORDS = {True: "ok", False: "FAILED", None: "not run"}
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("names", nargs="*", help=f"beginnings of {', '.join(p.name for p in PROOFS)}")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "names", nargs="*", help=f"beginnings of {', '.join(p.name for p in PROOFS)}"
+    )
     parser.add_argument("--quick", action="store_true", help="small numbers")
     parser.add_argument("--json", type=Path, help="write the result there")
-    parser.add_argument("--stale", action="store_true", help="run nothing; say which results are of another core")
+    parser.add_argument(
+        "--stale", action="store_true", help="run nothing; say which results are of another core"
+    )
     arguments = parser.parse_args()
     if arguments.stale:
         print(stale())
@@ -51,17 +58,25 @@ def main() -> int:
     chosen = [p for p in PROOFS if not arguments.names or p.name.startswith(tuple(arguments.names))]
     if not chosen:
         parser.error(f"no proof begins with {', '.join(arguments.names)}")
-    outcomes = [_run(proof, number, len(chosen), arguments.quick) for number, proof in enumerate(chosen, 1)]
+    outcomes = [
+        _run(proof, number, len(chosen), arguments.quick) for number, proof in enumerate(chosen, 1)
+    ]
     if arguments.json:
         _write(arguments.json, outcomes, arguments.quick)
     _summary(outcomes)
-    return 1 if any(o.ok is False for o in outcomes) else 2 if any(o.ok is None for o in outcomes) else 0
+    return (
+        1
+        if any(o.ok is False for o in outcomes)
+        else 2
+        if any(o.ok is None for o in outcomes)
+        else 0
+    )
 
 
 def core_checksum() -> str:
     """What the core is: a digest of the names and texts of its C files."""
     digest = hashlib.sha256()
-    for path in sorted((ROOT / "core").glob("*.[ch]")):
+    for path in sorted((KERNEL / "core").glob("*.[ch]")):
         digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:12]
 
@@ -99,7 +114,9 @@ def _summary(outcomes: list[Outcome]) -> None:
     width = max(len(o.name) for o in outcomes)
     print(f"\n{'proof':{width}}  {'':7}  {'s':>6}  tool, extent")
     for o in outcomes:
-        print(f"{o.name:{width}}  {WORDS[o.ok]:7}  {o.seconds:6.1f}  {', '.join(filter(None, (o.tool, o.extent)))}")
+        print(
+            f"{o.name:{width}}  {WORDS[o.ok]:7}  {o.seconds:6.1f}  {', '.join(filter(None, (o.tool, o.extent)))}"
+        )
     good = sum(o.ok is True for o in outcomes)
     print(f"{good} of {len(outcomes)} hold, {sum(o.seconds for o in outcomes):.0f} s")
 

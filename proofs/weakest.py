@@ -71,7 +71,9 @@ def written(folder: Path) -> Path:
         headings -= {heading for heading, contract in wanted.items() if contract in copy}
         texts.append(copy)
     if headings:
-        raise Failed(f"no place in {', '.join(FILES)} for the contracts of {', '.join(sorted(headings))}")
+        raise Failed(
+            f"no place in {', '.join(FILES)} for the contracts of {', '.join(sorted(headings))}"
+        )
     texts.append((HERE / "wp" / "theorems.c").read_text(encoding="utf-8"))
     path = folder / "annotated.c"
     path.write_text("\n".join(texts), encoding="utf-8")
@@ -87,9 +89,21 @@ def prove(seconds: int = 60) -> tuple[int, int, str]:
     said([tool(CURE, "why3"), "config", "detect"])
     with tempfile.TemporaryDirectory() as folder:
         path = written(Path(folder))
-        options = ["-wp", "-wp-rte", "-wp-model", "Typed+real", "-wp-prover", ",".join(provers), "-wp-par", "2"]
+        options = [
+            "-wp",
+            "-wp-rte",
+            "-wp-model",
+            "Typed+real",
+            "-wp-prover",
+            ",".join(provers),
+            "-wp-par",
+            "2",
+        ]
         options += ["-wp-timeout", str(seconds), f"-cpp-extra-args=-I{CORE}"]
-        parts = (["-wp-skip-fct", ",".join(REST)], ["-wp-prop=@lemma"])  # a run of functions leaves lemmas out
+        parts = (
+            ["-wp-skip-fct", ",".join(REST)],
+            ["-wp-prop=@lemma"],
+        )  # a run of functions leaves lemmas out
         told = [said([frama, *options, *part, path]) for part in parts]
     found = [GOALS.search(part) for part in told]
     if None in found:
@@ -116,5 +130,9 @@ def run(quick: bool) -> tuple[str, str, str]:
 
 
 PROOFS = (
-    Proof("wp", "plays move as defined, keep to their band, stay admissible; no access outside memory (reals)", run),
+    Proof(
+        "wp",
+        "plays move as defined, keep to their band, stay admissible; no access outside memory (reals)",
+        run,
+    ),
 )

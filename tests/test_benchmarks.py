@@ -2,15 +2,15 @@
 same thing."""
 
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import dehyst
 from oracles import exact_pi
+from places import ROOT
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+sys.path.insert(0, str(ROOT / "benchmarks"))
 
 from speed import alternatives, limits, measure, signals
 from speed.figures import Figures
@@ -22,7 +22,10 @@ def test_every_limit_can_be_missed_and_a_short_run_asks_for_a_quarter_of_each_ra
         assert limit.holds(better * limit.value)
         assert limit.holds(worse * limit.value) is False
         part = limit.value * (3.8 if limit.sense == "<=" else 1 / 3.8)
-        assert limit.holds(part, quick=True) is {"ratio": True, "accuracy": False, "time": None}[limit.kind]
+        assert (
+            limit.holds(part, quick=True)
+            is {"ratio": True, "accuracy": False, "time": None}[limit.kind]
+        )
         assert not limit.holds(worse * limit.value, quick=True)
     assert len({(limit.what, limit.signal) for limit in limits.LIMITS}) == len(limits.LIMITS)
 
@@ -64,7 +67,9 @@ def test_rivals_compute_the_operator():
 
 def test_the_dense_rival_is_the_core_to_the_bit():
     x, (r, w) = signals.noisy(1000), signals.operator(100)
-    assert alternatives.core_dense(x, r, w).tolist() == list(map(dehyst.PrandtlIshlinskii(r, w).stepper(), x.tolist()))
+    assert alternatives.core_dense(x, r, w).tolist() == list(
+        map(dehyst.PrandtlIshlinskii(r, w).stepper(), x.tolist())
+    )
 
 
 def test_rival_solvers_find_the_same_weights():
@@ -98,7 +103,9 @@ def test_works_take_turns_and_a_slow_one_is_not_repeated(monkeypatch):
 def test_every_limit_of_evaluation_and_normal_equations_is_measured(monkeypatch):
     from speed import evaluation, normal_equations
 
-    monkeypatch.setattr(normal_equations, "data_to_weights", lambda *_: None)  # needs a million samples
+    monkeypatch.setattr(
+        normal_equations, "data_to_weights", lambda *_: None
+    )  # needs a million samples
     figures = Figures()
     evaluation.run(2000, 1, figures, quick=True)
     normal_equations.run(2048, 1, figures, quick=True)

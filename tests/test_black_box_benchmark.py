@@ -2,7 +2,6 @@
 
 import json
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,9 +9,10 @@ import pytest
 import dehyst
 from dehyst import Recording
 from dehyst.io import example_recording
+from places import ROOT
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
-sys.path.insert(0, str(Path(__file__).parents[1] / "docs"))
+sys.path.insert(0, str(ROOT / "benchmarks"))
+sys.path.insert(0, str(ROOT / "docs"))
 
 import black_box as benchmark
 from boxes.signals import run_of
@@ -24,25 +24,33 @@ TABLE = benchmark.beside(RUNS)
 
 def loop(strokes=6):
     """A few strokes of falling size: output of two plays, rounded by a creep."""
-    x = np.sin(np.linspace(0.0, strokes * np.pi, 60 * strokes)) * np.linspace(1.0, 0.4, 60 * strokes)
+    x = np.sin(np.linspace(0.0, strokes * np.pi, 60 * strokes)) * np.linspace(
+        1.0, 0.4, 60 * strokes
+    )
     return x, dehyst.PrandtlIshlinskii([0.0, 0.2], [0.5, 0.5]).simulate(x)
 
 
 def trained(name):
     if name == "gru":
-        pytest.importorskip("jax", reason="jax is not installed: pip install '.[bench]'")
+        pytest.importorskip("jax", reason="jax is not installed: pip install --group bench")
     return benchmark.BOXES[name]
 
 
 def test_every_box_was_trained_on_the_runs_and_samples_of_the_rows():
     rows = json.loads(benchmark.ROWS.read_text(encoding="utf-8"))["runs"]
     named = [tuple(run[key] for key in ("log", "run", "samples")) for run in RUNS]
-    assert sorted(named) == sorted(tuple(row[key] for key in ("log", "run", "samples")) for row in rows)
+    assert sorted(named) == sorted(
+        tuple(row[key] for key in ("log", "run", "samples")) for row in rows
+    )
     for run in RUNS:
         assert set(run["boxes"]) == set(benchmark.BOXES)
         assert [len(box["seeds"]) for box in run["boxes"].values()] == [3, 1, 1, 1]
         for box in run["boxes"].values():
-            assert sorted(box["seeds"])[len(box["seeds"]) // 2] == box["test_percent"] >= abs(box["bias_percent"])
+            assert (
+                sorted(box["seeds"])[len(box["seeds"]) // 2]
+                == box["test_percent"]
+                >= abs(box["bias_percent"])
+            )
 
 
 def test_a_run_is_scored_as_identify_scores_it():
@@ -64,11 +72,16 @@ def test_no_box_sees_the_held_out_half(name, monkeypatch):
         monkeypatch.setattr("boxes.gru.STEPS", 100)
     x, y = loop()
     changed = np.where(np.arange(x.size) < x.size // 2, y, 0.3 * np.cos(9.0 * x) * np.abs(y).max())
-    whole, other = (run_of(Recording(input=x, output=out, time=0.01 * np.arange(x.size))) for out in (y, changed))
+    whole, other = (
+        run_of(Recording(input=x, output=out, time=0.01 * np.arange(x.size)))
+        for out in (y, changed)
+    )
     assert not np.array_equal(whole.y, other.y)
     first, second = (box(run.half)[0](run.x) for run in (whole, other))
     assert first.shape == x.shape and np.array_equal(first, second)
-    assert whole.held_out(first) != other.held_out(second)  # the scores are those of what was held out
+    assert whole.held_out(first) != other.held_out(
+        second
+    )  # the scores are those of what was held out
 
 
 @pytest.mark.slow
@@ -94,13 +107,16 @@ def test_what_the_page_says_of_black_boxes_is_what_the_numbers_say():
     def of(log):
         return [row for row in TABLE if row["run"].startswith(log)]
 
-    means = {over: round(benchmark.mean(benchmark.ratio(TABLE, over)), 2) for over in ("best", "kernel", "gru", "narx")}
-    assert means == {"best": 0.82, "kernel": 0.67, "gru": 0.45, "narx": 0.36}
+    means = {
+        over: round(benchmark.mean(benchmark.ratio(TABLE, over)), 2)
+        for over in ("best", "kernel", "gru", "narx")
+    }
+    assert means == {"best": 0.88, "kernel": 0.73, "gru": 0.48, "narx": 0.39}
     assert round(benchmark.mean([row[row["best"]] / row["seventeen"] for row in TABLE]), 2) == 1.02
     arm, muscle = (of(log) for log in ("pneumatic_arm", "cavatappi"))
-    assert round(benchmark.mean(benchmark.ratio(arm, "kernel")), 2) == 0.86
-    assert round(benchmark.mean(benchmark.ratio(muscle, "kernel")), 1) == 1.2
-    assert all(row["kernel"] < row["ours"] for row in muscle)
+    assert round(benchmark.mean(benchmark.ratio(arm, "kernel")), 1) == 1.3
+    assert round(benchmark.mean(benchmark.ratio(muscle, "kernel")), 1) == 1.0
+    assert sum(row["kernel"] < row["ours"] for row in muscle) == 3
     for log in ("tendon_sheath_joint/config", "pam_wrist", "simulated_joint"):
         assert max(benchmark.ratio(of(log), "best")) < 1.0
     (wrist,) = of("pam_wrist")
@@ -108,16 +124,17 @@ def test_what_the_page_says_of_black_boxes_is_what_the_numbers_say():
     assert sum(row["best"] == "narx" for row in TABLE) == 2
     damper = of("mr_damper")
     assert sum(row["ours"] < row["gru"] for row in damper) == 2 and len(damper) == 4
-    assert round(benchmark.mean(benchmark.ratio(damper, "gru")), 2) == 0.76
-    level = sorted(row["ours"] / row["gru"] for row in arm)
-    assert len(arm) == 4 and 0.99 < level[-1] < 1.0 and level[-2] < 0.8
-    spread = max(max(run["boxes"]["gru"]["seeds"]) / min(run["boxes"]["gru"]["seeds"]) for run in RUNS)
+    assert round(benchmark.mean(benchmark.ratio(damper, "gru")), 2) == 0.84
+    assert sum(row["ours"] < row["gru"] for row in arm) == 2 and len(arm) == 4
+    spread = max(
+        max(run["boxes"]["gru"]["seeds"]) / min(run["boxes"]["gru"]["seeds"]) for run in RUNS
+    )
     assert 2.4 < spread < 2.6
 
 
 @pytest.mark.slow
 def test_a_network_has_as_many_numbers_as_the_page_says():
-    jax = pytest.importorskip("jax", reason="jax is not installed: pip install '.[bench]'")
+    jax = pytest.importorskip("jax", reason="jax is not installed: pip install --group bench")
     from boxes import gru
 
     assert sum(leaf.size for leaf in jax.tree.leaves(gru.born(0, 100.0))) == 1971

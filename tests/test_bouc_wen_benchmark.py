@@ -3,7 +3,6 @@ identifications reach on short records."""
 
 import json
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,8 +11,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from dehyst.errors import ExcitationError, ParameterError, RecordingError, SimulationError
+from places import ROOT
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+sys.path.insert(0, str(ROOT / "benchmarks"))
 
 import bouc_wen
 from oscillator import (
@@ -56,7 +56,10 @@ def oracle(system, force, times):
 
     def rate(t, x):
         y, v, z = x
-        slip = system.gamma * abs(v) * abs(z) ** (system.nu - 1) * z + system.delta * v * abs(z) ** system.nu
+        slip = (
+            system.gamma * abs(v) * abs(z) ** (system.nu - 1) * z
+            + system.delta * v * abs(z) ** system.nu
+        )
         return (
             v,
             (force(t) - system.damping * v - system.stiffness * y - z) / system.mass,
@@ -64,7 +67,14 @@ def oracle(system, force, times):
         )
 
     found = solve_ivp(
-        rate, (0, times[-1]), np.zeros(3), "DOP853", times, rtol=1e-10, atol=[1e-14, 1e-12, 1e-9], max_step=1e-4
+        rate,
+        (0, times[-1]),
+        np.zeros(3),
+        "DOP853",
+        times,
+        rtol=1e-10,
+        atol=[1e-14, 1e-12, 1e-9],
+        max_step=1e-4,
     )
     return found.y[0]
 
@@ -89,7 +99,9 @@ def newmark(system, force, h):
     """Positions by Newmark's rule of average acceleration, the element by the trapezoidal rule, iterated."""
 
     def slip(v, z):
-        return system.alpha * v - system.beta * (system.gamma * abs(v) * z + system.delta * v * abs(z))
+        return system.alpha * v - system.beta * (
+            system.gamma * abs(v) * z + system.delta * v * abs(z)
+        )
 
     m, c, k = system.mass, system.damping, system.stiffness
     y = v = z = 0.0
@@ -119,7 +131,10 @@ def test_corners_do_not_cost_the_integrator_its_fourth_order():
     time = np.arange(2048) / RATE
     force = multisine(5, samples=2048)
     finest = SYSTEM.simulate(force, time, periodic=True, steps=64)
-    errors = [np.abs(SYSTEM.simulate(force, time, periodic=True, steps=n) - finest).max() for n in (2, 4, 8, 16)]
+    errors = [
+        np.abs(SYSTEM.simulate(force, time, periodic=True, steps=n) - finest).max()
+        for n in (2, 4, 8, 16)
+    ]
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     assert errors[1] < 1e-2 * NOISE  # four steps a sample, as identification takes
     assert np.all(orders > 3.7) and np.all(orders < 4.6)
@@ -131,10 +146,14 @@ def test_without_hysteresis_the_answer_is_that_of_the_linear_frequency_response(
     omega = 2 * np.pi * np.fft.rfftfreq(SHORT, 1 / RATE)
     expected = np.fft.irfft(np.fft.rfft(force) / (1e5 - 2.0 * omega**2 + 30j * omega), SHORT)
     assert (
-        np.abs(linear.simulate(force, time, periodic=True, steps=20) - expected).max() < 1e-8 * np.abs(expected).max()
+        np.abs(linear.simulate(force, time, periodic=True, steps=20) - expected).max()
+        < 1e-8 * np.abs(expected).max()
     )
     twin = HystereticOscillator(2.0, 30.0, 1e5)
-    assert np.abs(twin.simulate(force, time, periodic=True, steps=20) - expected).max() < 1e-8 * np.abs(expected).max()
+    assert (
+        np.abs(twin.simulate(force, time, periodic=True, steps=20) - expected).max()
+        < 1e-8 * np.abs(expected).max()
+    )
 
 
 def test_a_table_of_slopes_with_a_corner_at_zero_is_the_bouc_wen_element():
@@ -172,7 +191,9 @@ def test_a_cycle_dissipates_and_the_energy_balance_closes(amplitude, frequency):
 
 
 def test_stops_follow_the_play_operator_and_a_slow_loop_obeys_masing():
-    slip = HystereticOscillator(2.0, 500.0, 1e5, thresholds=(2e-4, 6e-4, 2e-3), weights=(3e4, 2e4, 1e4))
+    slip = HystereticOscillator(
+        2.0, 500.0, 1e5, thresholds=(2e-4, 6e-4, 2e-3), weights=(3e4, 2e4, 1e4)
+    )
     time = np.arange(3000) / RATE
     force = 120 * np.sin(2 * np.pi * 0.5 * time)
     motion = slip.motion(force, time)
@@ -182,7 +203,10 @@ def test_stops_follow_the_play_operator_and_a_slow_loop_obeys_masing():
         stops = np.clip(stops + move, -np.array(slip.thresholds), slip.thresholds)
         expected[k] = stops @ slip.weights
     assert np.abs(motion.hysteretic_force - expected).max() < 1e-2
-    top, bottom = int(np.argmax(motion.position[:750])), 750 + int(np.argmin(motion.position[750:1500]))
+    top, bottom = (
+        int(np.argmax(motion.position[:750])),
+        750 + int(np.argmin(motion.position[750:1500])),
+    )
     y, h = motion.position, motion.hysteretic_force
     depth = np.linspace(0, 0.9, 10) * (y[top] - y[bottom])
     branch = h[top] - np.interp(y[top] - depth, y[top:bottom][::-1], h[top:bottom][::-1])
@@ -200,14 +224,21 @@ def test_the_signals_are_those_of_the_benchmark():
     assert power[excited].std() < 1e-9 * power.max()
     swept = sweep()
     assert swept.size == 153_000 and np.abs(swept).max() == pytest.approx(40.0, rel=1e-4)
-    crossings = np.flatnonzero(np.diff(np.signbit(swept[134_250:135_750])))  # two seconds about 180 s
+    crossings = np.flatnonzero(
+        np.diff(np.signbit(swept[134_250:135_750]))
+    )  # two seconds about 180 s
     assert crossings.size / 4 == pytest.approx(48.0, abs=0.5)
-    assert np.flatnonzero(np.diff(np.signbit(swept[:1500]))).size / 4 == pytest.approx(18.0, abs=0.5)
+    assert np.flatnonzero(np.diff(np.signbit(swept[:1500]))).size / 4 == pytest.approx(
+        18.0, abs=0.5
+    )
 
 
 def test_records_are_reproducible_and_their_noise_is_what_was_asked_for():
     first, again, other = (measure(seed, samples=SHORT) for seed in (4, 4, 5))
-    assert first.output.tobytes() == again.output.tobytes() and first.output.tobytes() != other.output.tobytes()
+    assert (
+        first.output.tobytes() == again.output.tobytes()
+        and first.output.tobytes() != other.output.tobytes()
+    )
     assert first.noise == pytest.approx(NOISE / 2, rel=0.05)  # four periods averaged
     clean = SYSTEM.simulate(first.force, first.time, periodic=True)
     assert np.std(first.output - clean) == pytest.approx(NOISE / 2, rel=0.05)
@@ -228,7 +259,14 @@ def multisine_test():
 @pytest.mark.slow
 def test_the_white_box_reaches_its_figure_with_honest_standard_errors(records, multisine_test):
     found = identify_bouc_wen(records[:2])
-    truth = {"mass": 2.0, "damping": 10.0, "stiffness": 5e4, "alpha": 5e4, "beta gamma": 800.0, "beta delta": -1100.0}
+    truth = {
+        "mass": 2.0,
+        "damping": 10.0,
+        "stiffness": 5e4,
+        "alpha": 5e4,
+        "beta gamma": 800.0,
+        "beta delta": -1100.0,
+    }
     assert multisine_test.error(found.oscillator) < 1e-6  # the issue asks for 9e-6
     for name, value in truth.items():
         assert abs(found.values[name] - value) < 4.5 * found.standard_errors[name]
@@ -247,10 +285,14 @@ def test_the_exponent_can_be_identified_too(records, multisine_test):
 
 
 @pytest.mark.slow
-def test_black_boxes_beat_the_linear_model_in_the_order_of_what_they_can_express(records, multisine_test):
+def test_black_boxes_beat_the_linear_model_in_the_order_of_what_they_can_express(
+    records, multisine_test
+):
     linear = multisine_test.error(identify_linear(records[:1]))
     slip = identify_maxwell_slip(records[:1], 6, evaluations=4).oscillator
-    dependent = identify_maxwell_slip(records[:1], 4, position_dependent=True, evaluations=6).oscillator
+    dependent = identify_maxwell_slip(
+        records[:1], 4, position_dependent=True, evaluations=6
+    ).oscillator
     assert min(slip.weights) >= 0 and slip.damping >= 0  # passive
     polynomial = best(identify_duhem_polynomial(records[:1], records[2], (4,)))
     smooth = multisine_test.error(polynomial.fit.oscillator)
@@ -262,7 +304,9 @@ def test_black_boxes_beat_the_linear_model_in_the_order_of_what_they_can_express
 
 
 def test_the_linear_fit_is_exact_on_a_linear_system():
-    found = identify_linear([measure(1, samples=SHORT, noise=0.0, system=HystereticOscillator(3.0, 40.0, 8e4))])
+    found = identify_linear(
+        [measure(1, samples=SHORT, noise=0.0, system=HystereticOscillator(3.0, 40.0, 8e4))]
+    )
     assert (found.mass, found.damping, found.stiffness) == pytest.approx((3.0, 40.0, 8e4), rel=1e-4)
 
 
@@ -286,7 +330,9 @@ def test_bad_input_is_refused_with_a_cure():
     with pytest.raises(SimulationError, match="not finite from sample"):
         HystereticOscillator(1.0, 0.0, -1e9).simulate(np.ones(5000), np.arange(5000) / RATE)
     with pytest.raises(SimulationError, match="no steady state"):
-        HystereticOscillator(1.0, 0.0, 1e5).simulate(np.sin(2 * np.pi * time * 75), time, periodic=True)
+        HystereticOscillator(1.0, 0.0, 1e5).simulate(
+            np.sin(2 * np.pi * time * 75), time, periodic=True
+        )
     with pytest.raises(RecordingError, match="does not repeat"):
         average_periods(np.arange(6.0), np.zeros(6), 2, 0.1)
     with pytest.raises(RecordingError, match="no whole"):
@@ -299,7 +345,8 @@ def rows_of(errors):
     """Rows as the benchmark reports them, of models that need no identification."""
     models = {"linear": HystereticOscillator(2.0, 50.0, 1e5), "bouc-wen": SYSTEM}
     return [
-        bouc_wen.Row(name, "kind", 3, {"multisine": errors, "sweep": errors}, 0.1, o, {}) for name, o in models.items()
+        bouc_wen.Row(name, "kind", 3, {"multisine": errors, "sweep": errors}, 0.1, o, {})
+        for name, o in models.items()
     ]
 
 
@@ -310,7 +357,9 @@ def test_the_script_prints_the_published_errors_beside_ours_and_fails_above_its_
     monkeypatch.setattr(
         bouc_wen,
         "run",
-        lambda report, **_: [report(row) if report else None for row in rows_of(error)] and rows_of(error),
+        lambda report, **_: (
+            [report(row) if report else None for row in rows_of(error)] and rows_of(error)
+        ),
     )
     monkeypatch.setattr(sys, "argv", ["bouc_wen.py"])
     assert bouc_wen.main() == status
@@ -320,7 +369,9 @@ def test_the_script_prints_the_published_errors_beside_ours_and_fails_above_its_
     assert bouc_wen.main() == status
     found = json.loads(capsys.readouterr().out)
     assert found["models"][1]["rms_error_m"]["multisine"] == error
-    assert np.allclose(found["models"][1]["slopes"]["slope_N_per_m"], found["system"]["slopes"]["slope_N_per_m"])
+    assert np.allclose(
+        found["models"][1]["slopes"]["slope_N_per_m"], found["system"]["slopes"]["slope_N_per_m"]
+    )
 
 
 def test_the_committed_run_holds_the_figures():
@@ -328,5 +379,9 @@ def test_the_committed_run_holds_the_figures():
     models = {model["model"]: model for model in found["models"]}
     assert found["samples"] == PERIOD
     assert models["bouc-wen"]["rms_error_m"]["multisine"] < 9e-6
-    black = [model["rms_error_m"]["multisine"] for model in models.values() if model["kind"] == "black box"]
+    black = [
+        model["rms_error_m"]["multisine"]
+        for model in models.values()
+        if model["kind"] == "black box"
+    ]
     assert min(black) < min(PUBLISHED.values()) < models["linear"]["rms_error_m"]["multisine"]

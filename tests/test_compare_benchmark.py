@@ -3,17 +3,18 @@
 import copy
 import json
 import sys
-from pathlib import Path
 
 import pytest
 
 from dehyst import compare
-from dehyst.families import ROWS as ELEMENTS
-from dehyst.families import all_names, family, names
+from dehyst.families import ROW_NAMES as ELEMENTS
+from dehyst.families import family, names
+from dehyst.identification import all_names
 from dehyst.io import example_recording
+from places import ROOT
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
-sys.path.insert(0, str(Path(__file__).parents[1] / "docs"))
+sys.path.insert(0, str(ROOT / "benchmarks"))
+sys.path.insert(0, str(ROOT / "docs"))
 
 import compare as benchmark
 from generate import which_model
@@ -36,7 +37,6 @@ def test_each_row_has_an_error_or_a_reason():
     for row in ROWS:
         for entry in row["families"].values():
             assert entry["test"] is not None or len(entry["reason"]) > 20
-            assert entry["invertible"] or entry["no_inverse"] or entry["reason"]
 
 
 def changed(change):
@@ -65,15 +65,30 @@ def test_the_committed_errors_are_those_of_this_source():
     row = next(row for row in ROWS if row["log"] == "example")
     found = compare(example_recording(), ["static", "pi", "dahl", "preisach"])
     for entry in found.entries:
-        assert entry.error_percent == pytest.approx(benchmark.error(row, entry.family), rel=0.01), entry.family
+        assert entry.error_percent == pytest.approx(benchmark.error(row, entry.family), rel=0.01), (
+            entry.family
+        )
 
 
 def test_a_choice_is_followed_to_the_other_runs_of_its_log_only():
     def row(run, chosen, **errors):
-        entries = {name: {"test": {"rmse_percent": e}, "tied": e == min(errors.values())} for name, e in errors.items()}
-        return {"log": "l", "run": run, "chosen": chosen, "families": entries, "auto": {"test": {"rmse_percent": 3.0}}}
+        entries = {
+            name: {"test": {"rmse_percent": e}, "tied": e == min(errors.values())}
+            for name, e in errors.items()
+        }
+        return {
+            "log": "l",
+            "run": run,
+            "chosen": chosen,
+            "families": entries,
+            "auto": {"test": {"rmse_percent": 3.0}},
+        }
 
-    rows = [row("a", "p", p=1.0, q=2.0), row("b", "q", p=4.0, q=2.0), {**row("c", "q", p=2.0, q=1.0), "log": "m"}]
+    rows = [
+        row("a", "p", p=1.0, q=2.0),
+        row("b", "q", p=4.0, q=2.0),
+        {**row("c", "q", p=2.0, q=1.0), "log": "m"},
+    ]
     first, second = benchmark.carried(rows)
     assert (first["from"], first["to"], first["family"], first["rank"]) == ("a", "b", "p", 2)
     assert (first["percent"], first["best_percent"], first["auto_percent"]) == (4.0, 2.0, 3.0)
@@ -82,9 +97,12 @@ def test_a_choice_is_followed_to_the_other_runs_of_its_log_only():
 
 def test_no_sample_and_no_path_of_a_log_is_kept():
     text = benchmark.RESULTS.read_text(encoding="utf-8")
-    assert len(text) < 1_500_000 and "data.csv" not in text
+    assert len(text) < 100_000 and "data.csv" not in text
     assert all(
-        not isinstance(value, list) for row in ROWS for entry in row["families"].values() for value in entry.values()
+        not isinstance(value, list)
+        for row in ROWS
+        for entry in row["families"].values()
+        for value in entry.values()
     )
 
 
@@ -106,12 +124,18 @@ def no_rows(row):
 
 
 def best_of_others(log):
-    return {min(no_rows(row), key=lambda name: benchmark.error(row, name)) for row in ROWS if row["log"] == log}
+    return {
+        min(no_rows(row), key=lambda name: benchmark.error(row, name))
+        for row in ROWS
+        if row["log"] == log
+    }
 
 
 def test_what_the_page_says_of_elements_is_what_the_numbers_say():
     others = [min(benchmark.error(row, name) for name in no_rows(row)) for row in ROWS]
-    ratios = sorted(benchmark.error(row, "elements") / best for row, best in zip(ROWS, others, strict=True))
+    ratios = sorted(
+        benchmark.error(row, "elements") / best for row, best in zip(ROWS, others, strict=True)
+    )
     assert sum(ratio < 1.0 for ratio in ratios) == 16
     assert round(0.5 * (ratios[12] + ratios[13]), 2) == 0.94
     assert sum(ratio > 1.5 for ratio in ratios) == 1
@@ -121,23 +145,30 @@ def test_what_the_page_says_of_elements_is_what_the_numbers_say():
 def test_what_the_page_concludes_is_what_the_numbers_say():
     """Sentences of which-model-when.md that would be wrong if another run turned them round."""
     log = which_model.logs()
-    assert chosen_on("mr_damper") == {"elements", "mixed-sum", "full-volterra"} and best_of_others("mr_damper") == {
-        "lugre"
-    }
+    assert chosen_on("mr_damper") == {"elements", "mixed-sum", "full-volterra"} and best_of_others(
+        "mr_damper"
+    ) == {"lugre"}
     for row in log["mr_damper"]:
         assert 0.2 < which_model.error(row, "maxwell-slip") / which_model.error(row, "stop") < 0.53
         assert which_model.error(row, "maxwell-slip") < 1.01 * which_model.error(row, "lugre")
-    ahead = [which_model.error(row, "maxwell-slip") < which_model.error(row, "lugre") for row in log["mr_damper"]]
+    ahead = [
+        which_model.error(row, "maxwell-slip") < which_model.error(row, "lugre")
+        for row in log["mr_damper"]
+    ]
     assert sum(ahead) == 3
     assert best_of_others("piezo_dbo") == best_of_others("simulated_joint") == {"direct-inverse"}
     for row in log["pneumatic_arm_segment"][1:3]:
         assert which_model.error(row, "creep-pi") < 0.6 * which_model.error(row, "modified-pi")
-    for row in log["tendon_sheath_joint"][:4]:  # wide backlash: laws along exponentials cannot stand still
-        assert min(which_model.error(row, name) for name in ("dahl", "duhem")) > 1.5 * which_model.error(
-            row, "bouc-wen"
-        )
+    for row in log["tendon_sheath_joint"][
+        :4
+    ]:  # wide backlash: laws along exponentials cannot stand still
+        assert min(
+            which_model.error(row, name) for name in ("dahl", "duhem")
+        ) > 1.5 * which_model.error(row, "bouc-wen")
     one_loop = log["pam_wrist_joint"][0]
-    assert which_model.error(one_loop, "preisach") > 1.8 * which_model.error(one_loop, "modified-pi")
+    assert which_model.error(one_loop, "preisach") > 1.8 * which_model.error(
+        one_loop, "modified-pi"
+    )
     searched = ("bouc-wen", "generalised-bouc-wen", "lugre", "duhem")
     assert {name for name in names() if not family(name).convex} == set(searched)
     assert len(all_names()) == 29 and not {row["chosen"] for row in ROWS} & set(searched)

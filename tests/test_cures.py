@@ -4,7 +4,6 @@ import ast
 import re
 import shlex
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,16 +12,19 @@ import dehyst
 from cures import CURES, moved
 from dehyst.design import design_excitation
 from dehyst.findings import Finding
-from dehyst.identification.cautions import with_reasons
+from dehyst.identification._cautions import with_reasons
 from dehyst.models import DirectInverse, ModelCard, SignalCard
+from places import ROOT
 from test_identification_findings import rate_dependent
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "docs" / "generate"))
+sys.path.insert(0, str(ROOT / "docs"))
 
-from findings import SOURCE, TEXTS, codes_in
+from generate.findings import SOURCE, TEXTS, codes_in
 
 SAID = re.compile(r"warning ([a-z-]+): (.*?)(?=\n\s*\n|\nwarning |\Z)", re.S)
-NAMES_SOMETHING = re.compile(r"(?<![\w-])--[a-z][a-z-]+|dehyst (?:design|compare|inspect|identify|muscle)\b")
+NAMES_SOMETHING = re.compile(
+    r"(?<![\w-])--[a-z][a-z-]+|dehyst (?:design|compare|inspect|identify|muscle)\b"
+)
 # A slice of them that takes a few seconds; the others are marked slow.
 QUICK = {
     "no-time",
@@ -36,7 +38,9 @@ QUICK = {
     "verdict",
 }
 ROWS = [
-    pytest.param(code, row, id=f"{code}-{number}", marks=[] if code in QUICK else [pytest.mark.slow])
+    pytest.param(
+        code, row, id=f"{code}-{number}", marks=[] if code in QUICK else [pytest.mark.slow]
+    )
     for code, rows in CURES.items()
     for number, row in enumerate(rows)
 ]
@@ -50,7 +54,9 @@ def typed(run, line):
 
 
 @pytest.mark.parametrize(("code", "row"), ROWS)
-def test_what_a_finding_names_is_typed_and_ends_or_changes_it(code, row, run, tmp_path, monkeypatch):
+def test_what_a_finding_names_is_typed_and_ends_or_changes_it(
+    code, row, run, tmp_path, monkeypatch
+):
     monkeypatch.chdir(tmp_path)
     row.write(tmp_path)
     _, printed, before = typed(run, row.line)
@@ -76,11 +82,18 @@ def test_what_a_finding_names_is_typed_and_ends_or_changes_it(code, row, run, tm
 
 def codes_that_name_something():
     """Codes of findings whose text, in the source or on the page, names an option or a command as a cure."""
-    named = {code for entries in TEXTS.values() for code, (_, cure) in entries.items() if NAMES_SOMETHING.search(cure)}
+    named = {
+        code
+        for entries in TEXTS.values()
+        for code, (_, cure) in entries.items()
+        if NAMES_SOMETHING.search(cure)
+    }
     for path in SOURCE.rglob("*.py"):
         text = path.read_text(encoding="utf-8")
         for call in ast.walk(ast.parse(text)):
-            if isinstance(call, ast.Call) and getattr(call.func, "id", getattr(call.func, "attr", "")) in (
+            if isinstance(call, ast.Call) and getattr(
+                call.func, "id", getattr(call.func, "attr", "")
+            ) in (
                 "Finding",
                 "say",
             ):
@@ -98,11 +111,16 @@ def test_only_starts_that_the_model_takes_are_named():
     plays = dehyst.PrandtlIshlinskii([0.0, 0.1], [1.0, 0.5], card=card)
     record = dehyst.Recording(input=y, output=y, time=time, input_name="u", output_name="y")
     for model in (direct, plays):
-        said = {finding.code: finding.message for finding in dehyst.evaluate({"m": model}, record).findings}
+        said = {
+            finding.code: finding.message
+            for finding in dehyst.evaluate({"m": model}, record).findings
+        }
         starts = re.findall(r"--start (\w+)", said["start-counts"])[1:]
         assert starts or model is direct
         for start in starts:
-            assert not dehyst.evaluate({"m": model}, record, start=start)["m"].reason.startswith("no output")
+            assert not dehyst.evaluate({"m": model}, record, start=start)["m"].reason.startswith(
+                "no output"
+            )
 
 
 @pytest.mark.slow
@@ -115,7 +133,10 @@ def test_a_gain_that_plays_cannot_lower_without_losing_rate_is_not_cured_by_play
     fit = dehyst.identify(rate_dependent(), "rate-dependent-pi")
     said = {finding.code: finding.message for finding in fit.warnings}
     assert "--max-inverse-gain" not in said["high-inverse-gain"]
-    assert "Smooth the reference" in said["high-inverse-gain"] and "this log depends on" in said["high-inverse-gain"]
+    assert (
+        "Smooth the reference" in said["high-inverse-gain"]
+        and "this log depends on" in said["high-inverse-gain"]
+    )
 
 
 def test_what_is_named_as_the_reason_of_a_poor_fit_is_a_finding_of_that_fit():

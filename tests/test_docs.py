@@ -24,20 +24,36 @@ import dehyst
 from dehyst.families import example
 from dehyst.models import model_to_dict
 from in_one import in_one
+from places import ROOT
 
-ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
 sys.path.insert(0, str(DOCS))
 
 import build  # noqa: E402 - docs/build.py, found through the path above
-from generate import blocks, demo, errors, figures, findings, parameters, python_names, sensitivity  # noqa: E402
+from generate import (  # noqa: E402
+    blocks,
+    demo,
+    errors,
+    figures,
+    findings,
+    parameters,
+    python_names,
+    sensitivity,
+    thresholds,
+)
 
-PAGES = [page for page in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.rglob("*.md"))) if page.exists()]
+PAGES = [
+    page
+    for page in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.rglob("*.md")))
+    if page.exists()
+]
 RUN = build.written_pages()
 STALE = "run: python docs/build.py"
 ROOMS = {}  # generated pages, those of the models together: processes share the work
 for _page in [*dict.fromkeys(page for page, _ in build.PARTS), *build.PAGES]:
-    ROOMS.setdefault("reference/models" if _page.startswith("reference/models/") else _page, []).append(_page)
+    ROOMS.setdefault(
+        "reference/models" if _page.startswith("reference/models/") else _page, []
+    ).append(_page)
 
 
 def name_of(path: Path) -> str:
@@ -63,13 +79,18 @@ def test_pages_are_found():
 @pytest.mark.slow
 @pytest.mark.parametrize("room", ROOMS)
 def test_generated_text_is_fresh(room):
-    old = [name for name in ROOMS[room] if (DOCS / name).read_text(encoding="utf-8") != generated(name)]
+    old = [
+        name for name in ROOMS[room] if (DOCS / name).read_text(encoding="utf-8") != generated(name)
+    ]
     assert not old, f"{STALE}, which writes {', '.join(old)} anew"
 
 
 @pytest.mark.parametrize(
     "page",
-    [pytest.param(page, marks=() if page == ROOT / "README.md" else pytest.mark.slow) for page in RUN],
+    [
+        pytest.param(page, marks=() if page == ROOT / "README.md" else pytest.mark.slow)
+        for page in RUN
+    ],
     ids=name_of,
 )
 def test_code_on_a_page_runs_and_prints_what_is_shown(page, tmp_path):
@@ -100,7 +121,10 @@ def test_the_comparison_of_outputs_can_fail(shown, printed):
     assert not blocks.agree(shown, printed)
 
 
-@in_one("shown, printed", [("[-0. 15.]", "[ 0. 15.]"), ("-0.00 %", "0.00 %"), ("rms 0.164 %", "rms 0.1641 %")])
+@in_one(
+    "shown, printed",
+    [("[-0. 15.]", "[ 0. 15.]"), ("-0.00 %", "0.00 %"), ("rms 0.164 %", "rms 0.1641 %")],
+)
 def test_what_another_processor_rounds_otherwise_is_no_other_output(shown, printed):
     assert blocks.agree(shown, printed)
     assert blocks.agree(printed, shown)
@@ -119,7 +143,7 @@ def test_outputs_that_are_no_longer_true_are_replaced_and_true_ones_kept(tmp_pat
         assert blocks.with_outputs(page, blocks.run_page(page, folder)) == text.format(kept)
 
 
-@in_one("module", [blocks, findings])
+@in_one("module", [blocks, findings, thresholds])
 def test_examples_of_the_generators_are_right(module):
     result = doctest.testmod(module)
     assert result.attempted
@@ -128,13 +152,17 @@ def test_examples_of_the_generators_are_right(module):
 
 def anchors(page: Path) -> set[str]:
     """Anchors that a reader of Markdown gives to the headings of a page."""
-    headings = re.findall(r"(?m)^#+ +(.+)$", re.sub(r"(?ms)^```.*?^```", "", page.read_text(encoding="utf-8")))
+    headings = re.findall(
+        r"(?m)^#+ +(.+)$", re.sub(r"(?ms)^```.*?^```", "", page.read_text(encoding="utf-8"))
+    )
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
 def broken_links(page: Path) -> list[str]:
     text = re.sub(r"(?ms)^```.*?^```", "", page.read_text(encoding="utf-8"))
-    targets = re.findall(r"\]\(([^)\s]+)\)", text) + re.findall(r"(?:src|href|srcset)=\"([^\"]+)\"", text)
+    targets = re.findall(r"\]\(([^)\s]+)\)", text) + re.findall(
+        r"(?:src|href|srcset)=\"([^\"]+)\"", text
+    )
     broken = []
     for target in targets:
         if target.startswith(("https://", "http://", "mailto:")):
@@ -147,19 +175,51 @@ def broken_links(page: Path) -> list[str]:
 
 
 def test_every_link_leads_somewhere(tmp_path, monkeypatch):
-    others = [ROOT / name for name in repository() if name.endswith(".md")] + sorted(ROOT.glob("*.md"))
-    broken = [link for page in {*PAGES, *others, *build.written_notebooks()} for link in broken_links(page)]
+    others = [ROOT / name for name in repository() if name.endswith(".md")] + sorted(
+        ROOT.glob("*.md")
+    )
+    broken = [
+        link
+        for page in {*PAGES, *others, *build.written_notebooks()}
+        for link in broken_links(page)
+    ]
     assert not broken, "no such file or heading; correct the links:\n" + "\n".join(broken)
     monkeypatch.setitem(globals(), "ROOT", tmp_path)
-    (tmp_path / "a.md").write_text("# Head\n[x](nowhere.md) [y](#other) [z](#head)\n", encoding="utf-8")
+    (tmp_path / "a.md").write_text(
+        "# Head\n[x](nowhere.md) [y](#other) [z](#head)\n", encoding="utf-8"
+    )
     assert broken_links(tmp_path / "a.md") == ["a.md: nowhere.md", "a.md: #other"]
 
 
 ENDINGS = "py|c|h|cpp|pyi|toml|cmake|yml"
-FOLDERS = {path.name: path for path in ROOT.iterdir() if path.is_dir() and not path.name.startswith(".")}
-THEIRS = ("report/figures/exceeded", "robot/muscles/linear", "export/esp_idf", "families/backlash")  # made by readers
-# Names that look like those of modules and are none: of the MuJoCo plugin, of a header, of a file, any name.
-NO_MODULES = {"dehyst.muscle", "dehyst.h", "dehyst.elbow.0.1.0.pack", "dehyst.NAME"}
+FOLDERS = {
+    path.name: path for path in ROOT.iterdir() if path.is_dir() and not path.name.startswith(".")
+}
+# Files that readers of docs/contributing/ write; test_contributing.py runs them.
+THEIRS = (
+    "packages/dehyst/src/dehyst/report/_figures/exceeded.py",
+    "packages/dehyst/tests/report/test_report_exceeded.py",
+    "packages/dehyst/src/dehyst/io/_card.py",
+    "packages/dehyst/tests/io/test_io_card.py",
+    "packages/dehyst/src/dehyst/families/_backlash.py",
+    "packages/dehyst/tests/families/test_families_backlash.py",
+    "packages/dehyst-targets/src/dehyst_targets/esp_idf.py",
+    "packages/dehyst-targets/tests/targets/test_export_esp_idf.py",
+    "packages/dehyst-robot/src/dehyst_robot/muscles/_linear.py",
+    "packages/dehyst-robot/src/dehyst_robot/muscles/published/linear.toml",
+    "packages/dehyst-robot/tests/muscles/test_muscles_linear.py",
+    "packages/dehyst-robot/tests/arm/test_plant_torque.py",
+)
+# Names that look like those of modules and are none: of the MuJoCo plugin, of a header, of a file, any name; groups of
+# entry points.
+NO_MODULES = {
+    "dehyst.muscle",
+    "dehyst.h",
+    "dehyst.elbow.0.1.0.pack",
+    "dehyst.NAME",
+    "dehyst_robot.NAME",
+}
+NO_MODULES |= {"dehyst.commands", "dehyst.targets", "dehyst.controllers", "dehyst.designs"}
 HIDDEN = {"node_modules", "__pycache__", "build", "dist", "site"}  # what tools leave
 
 
@@ -174,7 +234,9 @@ def missing_files(text: str, files: set[str]) -> set[str]:
         whole = first in FOLDERS and "/" in path
         if not whole and not path.startswith("test_"):
             continue
-        if not any(file == path or file.startswith(path) or file.endswith(f"/{path}") for file in files):
+        if not any(
+            file == path or file.startswith(path) or file.endswith(f"/{path}") for file in files
+        ):
             missing.add(path)
     return missing
 
@@ -193,7 +255,7 @@ def repository() -> set[str]:
 def missing_modules(text: str) -> set[str]:
     """Return modules and names of the package that a text spells with dots and that are not there."""
     missing = set()
-    for spelled in set(re.findall(r"`(dehyst(?:\.\w+)+)(?:\(.*?\))?`", text)) - NO_MODULES:
+    for spelled in set(re.findall(r"`(dehyst\w*(?:\.\w+)+)(?:\(.*?\))?`", text)) - NO_MODULES:
         place, *names = spelled.split(".")
         found = importlib.import_module(place)
         for name in names:
@@ -210,35 +272,62 @@ def missing_modules(text: str) -> set[str]:
 
 def test_files_rooms_and_modules_that_pages_name_exist():
     files = repository()
-    # only there, where test_contributing.py runs them:
-    shown = {"families_backlash", "report_exceeded", "io_frames", "export_esp_idf", "muscles_linear", "plant_torque"}
-    files |= {f"tests/test_{name}.py" for name in shown}
-    files |= {f"src/dehyst/{file}.py" for file in THEIRS}
+    files |= set(THEIRS)
     missing = {}
     for name in sorted(files | {path.name for path in ROOT.iterdir()}):
         page = ROOT / name
-        if page.suffix != ".md" or page.name == "CHANGELOG.md" or "decisions" in page.parts:  # these tell what was
+        if (
+            page.suffix != ".md" or page.name == "CHANGELOG.md" or "decisions" in page.parts
+        ):  # these tell what was
             continue
         text = page.read_text(encoding="utf-8")
         names = missing_files(text, files) | missing_modules(text)
         if names:
             missing[name_of(page)] = sorted(names)
     assert not missing, missing
-    assert missing_files("`tests/test_docs.py`, `core/gone.c`, `test_gone.py`, `src/dehyst/gone/`", files) == {
-        "core/gone.c", "test_gone.py", "src/dehyst/gone/"
-    }  # fmt: skip
-    assert missing_modules("`dehyst.io.read_log`, `dehyst.gone`, `dehyst.load(x)`") == {"dehyst.gone"}
+    gone = {"packages/dehyst/core/gone.c", "test_gone.py", "packages/dehyst/src/dehyst/gone/"}
+    quoted = ", ".join(f"`{name}`" for name in ("tests/test_docs.py", *sorted(gone)))
+    assert missing_files(quoted, files) == gone
+    assert missing_modules("`dehyst.io.read_log`, `dehyst.gone`, `dehyst.load(x)`") == {
+        "dehyst.gone"
+    }
+
+
+PRIVATE_MODULE = re.compile(
+    r"\bdehyst\w*(?:\.\w+)*\._[a-z]\w*|\bfrom dehyst[\w.]* import \(?_[a-z]\w*"
+)
+USED = ("tutorial", "how-to", "reference")  # folders of pages for those who use dehyst
+
+
+def test_pages_for_users_name_no_private_module():
+    pages = [ROOT / "README.md", *sorted((ROOT / "packages").glob("*/README.md"))]
+    for folder in USED:
+        pages += sorted((DOCS / folder).rglob("*.md"))
+    private = {}
+    for page in pages:
+        names = PRIVATE_MODULE.findall(page.read_text(encoding="utf-8"))
+        if names:
+            private[name_of(page)] = names
+    assert len(pages) > 50 and not private, private
+    assert PRIVATE_MODULE.search("`dehyst.models._speed.faster`")
+    assert PRIVATE_MODULE.search("from dehyst_robot.muscles import _measured as measured")
+    assert not PRIVATE_MODULE.search("`dehyst.models.kit.faster`, `dehyst.__version__`")
 
 
 def test_index_links_every_page_and_every_decision():
     index = (DOCS / "index.md").read_text(encoding="utf-8")
     linked = {(DOCS / target).resolve() for target in re.findall(r"\]\(([^)#\s]+)", index)}
     models = DOCS / "reference" / "models"
-    for folder, page in ((models, "index.md"), (DOCS / "decisions", "README.md")):  # link a page each
+    for folder, page in (
+        (models, "index.md"),
+        (DOCS / "decisions", "README.md"),
+    ):  # link a page each
         listed = (folder / page).read_text(encoding="utf-8")
         linked |= {(folder / target).resolve() for target in re.findall(r"\]\(([^)#\s]+)", listed)}
     pages = [*DOCS.rglob("*.md"), *build.written_notebooks()]
-    missing = [name_of(page) for page in pages if page.resolve() not in linked | {DOCS / "index.md"}]
+    missing = [
+        name_of(page) for page in pages if page.resolve() not in linked | {DOCS / "index.md"}
+    ]
     assert not missing, STALE
 
 
@@ -278,6 +367,21 @@ def test_a_code_that_is_computed_otherwise_is_noticed():
         findings.codes_in("Finding(name, 'text')")
 
 
+def test_every_threshold_has_a_unit_and_a_reason_of_its_own():
+    rooms = {room: thresholds.thresholds(source) for room, source in thresholds.records()}
+    assert {"dehyst.identification", "dehyst.monitoring", "dehyst.families"} <= set(rooms)
+    for room, fields in rooms.items():
+        lacking = [field.name for field in fields if not field.unit or not field.reason]
+        assert fields and not lacking, (
+            f"{room}: write a reason above {lacking}, and its unit in brackets"
+        )
+
+
+def test_a_threshold_without_a_reason_is_noticed():
+    (field,) = thresholds.thresholds("class Policy:\n    few: int = 3\n")
+    assert not field.unit and not field.reason
+
+
 def test_every_error_class_has_an_entry_with_a_message_of_its_own():
     kinds = {kind.__name__ for kind in errors.classes()} - {"DehystError"}
     assert kinds == set(errors.PROVOKED)
@@ -286,18 +390,30 @@ def test_every_error_class_has_an_entry_with_a_message_of_its_own():
 
 def test_every_public_name_and_every_member_of_the_stepper_is_in_the_reference():
     page = generated("reference/python.md")
-    assert all(f"### dehyst.{name}\n" in page for name in dehyst.__all__ if not name.startswith("_"))
+    assert all(
+        f"### dehyst.{name}\n" in page for name in dehyst.__all__ if not name.startswith("_")
+    )
     assert all(f"`step.{name}" in page for name in python_names.stepper_names())
-    assert "| `.from_frame(" in page and "| `.to_frame(" in page  # a class's method as an instance's
+    assert (
+        "| `.from_frame(" in page and "| `.to_frame(" in page
+    )  # a class's method as an instance's
     for path in (Path(dehyst.__file__).parent / "neighbours").glob("[a-z]*.py"):
-        for name in re.findall(r"(?m)^(?:def|class) ([A-Za-z]\w*)", path.read_text(encoding="utf-8")):
+        for name in re.findall(
+            r"(?m)^(?:def|class) ([A-Za-z]\w*)", path.read_text(encoding="utf-8")
+        ):
             assert f"### dehyst.neighbours.{path.stem}.{name}\n" in page
 
 
 def keys_of(value: Any, free: tuple[str, ...] = ("runs",)) -> set[str]:
     if isinstance(value, dict):
-        return set(value).union(*(keys_of(item, free) for key, item in value.items() if key not in free))
-    return set().union(*(keys_of(item, free) for item in value)) if isinstance(value, (list, tuple)) else set()
+        return set(value).union(
+            *(keys_of(item, free) for key, item in value.items() if key not in free)
+        )
+    return (
+        set().union(*(keys_of(item, free) for item in value))
+        if isinstance(value, (list, tuple))
+        else set()
+    )
 
 
 def test_every_key_of_the_json_outputs_and_of_the_model_file_is_documented(tmp_path):
@@ -313,7 +429,9 @@ def test_every_key_of_the_json_outputs_and_of_the_model_file_is_documented(tmp_p
         fit = dehyst.identify(rec, family, initial_state="rest")
         keys |= keys_of(fit.as_dict()) | keys_of(model_to_dict(fit.model))
     keys |= keys_of(model_to_dict(fit.static)) | keys_of(model_to_dict(inner)) | {"code", "message"}
-    documented = set(re.findall(r"`([\w-]+)`", (DOCS / "reference" / "json.md").read_text(encoding="utf-8")))
+    documented = set(
+        re.findall(r"`([\w-]+)`", (DOCS / "reference" / "json.md").read_text(encoding="utf-8"))
+    )
     assert not keys - documented
     assert len(keys) > 60
 
@@ -321,11 +439,15 @@ def test_every_key_of_the_json_outputs_and_of_the_model_file_is_documented(tmp_p
 @pytest.mark.slow
 def test_every_key_of_a_comparison_and_of_a_family_s_file_is_documented(tmp_path):
     x = np.sin(np.linspace(0.0, 40.0, 600)) * np.linspace(1.0, 0.4, 600)
-    found = dehyst.compare(dehyst.Recording(input=x, output=example("dahl").simulate(x)), ["static", "dahl"])
+    found = dehyst.compare(
+        dehyst.Recording(input=x, output=example("dahl").simulate(x)), ["static", "dahl"]
+    )
     content = json.loads(found["dahl"].model.save(tmp_path / "m.json").read_text(encoding="utf-8"))
     keys = keys_of(found.as_dict(), free=("families",)) | keys_of(found["dahl"].as_dict())
     keys |= keys_of(content, free=("values",))
-    documented = set(re.findall(r"`([\w-]+)`", (DOCS / "reference" / "json.md").read_text(encoding="utf-8")))
+    documented = set(
+        re.findall(r"`([\w-]+)`", (DOCS / "reference" / "json.md").read_text(encoding="utf-8"))
+    )
     assert not keys - documented
     assert len(keys) > 30
 
@@ -333,10 +455,16 @@ def test_every_key_of_a_comparison_and_of_a_family_s_file_is_documented(tmp_path
 def test_every_figure_exists_and_is_shown():
     folder = DOCS / "images"
     images = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
-    drawn = {f"{name}.svg" for name in figures.FIGURES} | {f"{name}.png" for name in figures.WITH_PNG}
+    drawn = {f"{name}.svg" for name in figures.FIGURES} | {
+        f"{name}.png" for name in figures.WITH_PNG
+    }
     # Taken of a browser or of a viewer, each by a command that its page or script names.
     taken = {"browser.png", "browser-inverse.png", "browser-phone.png", "studio.png", "muscles.png"}
-    shown = {name for page in PAGES for name in re.findall(r"images/([\w./-]+)", page.read_text(encoding="utf-8"))}
+    shown = {
+        name
+        for page in PAGES
+        for name in re.findall(r"images/([\w./-]+)", page.read_text(encoding="utf-8"))
+    }
     assert images == drawn | taken, STALE
     assert shown <= images and taken <= shown
     assert {name for name in images if name.endswith(".svg")} <= shown
@@ -376,7 +504,7 @@ def test_numbers_of_the_readme_are_those_of_the_demo():
 
 
 def test_every_parameter_is_in_the_reference_and_the_plants_are_on_its_page():
-    from dehyst.robot.arm.parameters import sources
+    from dehyst_robot.arm import sources
 
     page = (DOCS / "reference" / "parameters.md").read_text(encoding="utf-8")
     plant = (DOCS / "explanation" / "the-plant.md").read_text(encoding="utf-8")
@@ -409,7 +537,9 @@ def test_a_page_without_a_place_for_its_generated_part_is_refused():
 def test_every_key_of_the_reproduction_is_documented():
     found = demo.experiment().plants[demo.PLANT].figures[0]
     keys = {key for key in keys_of(found) if not key.isdigit() and " " not in key}
-    documented = set(re.findall(r"`([\w-]+)`", (DOCS / "reference" / "json.md").read_text(encoding="utf-8")))
+    documented = set(
+        re.findall(r"`([\w-]+)`", (DOCS / "reference" / "json.md").read_text(encoding="utf-8"))
+    )
     assert not keys - documented
     assert len(keys) > 25
 
@@ -432,12 +562,18 @@ def run_example(name: str, folder: Path) -> str:
 def test_examples_are_short():
     scripts = list((ROOT / "examples").glob("*.py"))
     assert len(scripts) >= 2
-    assert all(len(path.read_text(encoding="utf-8").splitlines()) < 60 for path in scripts)
+    assert all(len(path.read_text(encoding="utf-8").splitlines()) < 75 for path in scripts)
 
 
 def test_the_example_of_a_real_time_loop_shows_that_the_compensator_helps():
-    page = (DOCS / "how-to" / "use-the-compensator.md").read_text(encoding="utf-8")  # run by the test of its page
-    shown = next(step.shown for step in blocks.steps(page) if step.code.startswith("python examples/real_time_loop.py"))
+    page = (DOCS / "how-to" / "use-the-compensator.md").read_text(
+        encoding="utf-8"
+    )  # run by the test of its page
+    shown = next(
+        step.shown
+        for step in blocks.steps(page)
+        if step.code.startswith("python examples/real_time_loop.py")
+    )
     rms = [float(number) for number in re.findall(r"([\d.]+) um with", shown)]
     assert len(rms) == 4
     assert rms[1] < 0.2 * rms[0]
@@ -445,9 +581,17 @@ def test_the_example_of_a_real_time_loop_shows_that_the_compensator_helps():
 
 
 def test_the_example_of_firmware_shows_what_compensator_and_feedback_each_leave():
-    page = (DOCS / "how-to" / "run-on-a-microcontroller.md").read_text(encoding="utf-8")  # run by the test of its page
-    shown = next(step.shown for step in blocks.steps(page) if step.code.startswith("make -s -C examples/firmware"))
-    line, feedback, compensator, both = (float(number) for number in re.findall(r"([\d.]+) um rms", shown))
+    page = (DOCS / "how-to" / "run-on-a-microcontroller.md").read_text(
+        encoding="utf-8"
+    )  # run by the test of its page
+    shown = next(
+        step.shown
+        for step in blocks.steps(page)
+        if step.code.startswith("make -s -C examples/firmware") and "FAMILY=" in step.code
+    )
+    line, feedback, compensator, both = (
+        float(number) for number in re.findall(r"([\d.]+) um rms", shown)
+    )
     assert both < compensator < feedback < line
     assert compensator < 0.2 * line and both < 0.2 * feedback
 

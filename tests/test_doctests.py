@@ -9,34 +9,56 @@ from pathlib import Path
 
 import pytest
 
-import dehyst
+from places import ROOT, SOURCES
 
-BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
+BENCHMARKS = ROOT / "benchmarks"
 sys.path.insert(0, str(BENCHMARKS))
-PACKAGES = {"dehyst": dehyst.__path__, **{name: [str(BENCHMARKS / name)] for name in ("oscillator", "studies")}}
+PACKAGES = {
+    **{name: [str(folder)] for name, folder in SOURCES.items()},
+    **{name: [str(BENCHMARKS / name)] for name in ("oscillator", "studies")},
+}
 NAMES = [
     name
     for package, path in PACKAGES.items()
-    for name in (package, *(module.name for module in pkgutil.walk_packages(path, prefix=f"{package}.")))
+    for name in (
+        package,
+        *(module.name for module in pkgutil.walk_packages(path, prefix=f"{package}.")),
+    )
 ]
 FILES = {name: Path(find_spec(name).origin) for name in NAMES}
-MODULES = [name for name, path in FILES.items() if path.suffix == ".py" and ">>>" in path.read_text(encoding="utf-8")]
+MODULES = [
+    name
+    for name, path in FILES.items()
+    if path.suffix == ".py" and ">>>" in path.read_text(encoding="utf-8")
+]
 FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
 
 
 ROOMS: dict[str, list[str]] = {}  # two parts of a name: dehyst.models
 for _name in MODULES:
-    ROOMS.setdefault(".".join(_name.split(".")[: 3 if _name.startswith("dehyst.robot.") else 2]), []).append(_name)
+    ROOMS.setdefault(
+        ".".join(_name.split(".")[: 3 if _name.startswith("dehyst_robot.") else 2]), []
+    ).append(_name)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("room", ROOMS)
 def test_the_examples_in_the_docstrings_run(room: str, capsys: pytest.CaptureFixture[str]) -> None:
-    failed = [name for name in ROOMS[room] if doctest.testmod(importlib.import_module(name), optionflags=FLAGS).failed]
-    assert not failed, f"correct the examples of {', '.join(failed)}:\n{capsys.readouterr().out}"  # with file and line
+    failed = [
+        name
+        for name in ROOMS[room]
+        if doctest.testmod(importlib.import_module(name), optionflags=FLAGS).failed
+    ]
+    assert not failed, (
+        f"correct the examples of {', '.join(failed)}:\n{capsys.readouterr().out}"
+    )  # with file and line
 
 
 def test_there_are_examples_to_run() -> None:
     finder = doctest.DocTestFinder(exclude_empty=True)
-    examples = sum(len(test.examples) for name in MODULES for test in finder.find(importlib.import_module(name)))
+    examples = sum(
+        len(test.examples)
+        for name in MODULES
+        for test in finder.find(importlib.import_module(name))
+    )
     assert examples > 100

@@ -18,12 +18,16 @@ def test_every_case_is_run_and_those_that_fail_are_listed_with_file_and_line():
     with pytest.raises(AssertionError) as fault:
         equal(seen=seen)
     assert seen == [1, 1, 3]
-    assert str(fault.value).startswith("2 of 3 cases fail:\n- 1, 2: ") and "1 is not 2" in str(fault.value)
+    assert str(fault.value).startswith("2 of 3 cases fail:\n- 1, 2: ") and "1 is not 2" in str(
+        fault.value
+    )
     assert "test_in_one.py:13: " in str(fault.value) and "- 3, 4: " in str(fault.value)
 
 
 def test_marks_words_and_other_fixtures_stay():
-    assert [mark.name for mark in equal.pytestmark] == ["slow"] and equal.__doc__ == "Both are the same."
+    assert [mark.name for mark in equal.pytestmark] == [
+        "slow"
+    ] and equal.__doc__ == "Both are the same."
     in_one("a", [])(lambda a, tmp_path: 1 / 0)(tmp_path=None)
 
 

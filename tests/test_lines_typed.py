@@ -13,16 +13,19 @@ from typer.main import get_command
 from typer.testing import CliRunner
 
 import dehyst
-from dehyst.app.design import judged_on_test
+from dehyst.app._design import judged_on_test
 from dehyst.cli import app
 from dehyst.design import design_excitation
 from dehyst.errors import IdentificationError
-from dehyst.families.table import ROWS
-from dehyst.identification.split import split_recordings
+from dehyst.families import ROWS
+from dehyst.identification._split import split_recordings
 from dehyst.shell import command, visible
+from places import SOURCES
 
 LINE = re.compile(r"dehyst [a-z]+ .*")
-WORDS = st.text(st.characters(min_codepoint=33, exclude_categories=["Cs", "Cc", "Cf"]), min_size=1, max_size=12)
+WORDS = st.text(
+    st.characters(min_codepoint=33, exclude_categories=["Cs", "Cc", "Cf"]), min_size=1, max_size=12
+)
 FILES = [
     "-rf",
     "two  blanks",
@@ -85,18 +88,26 @@ def write_loop(path, x_name="x", y_name="y", time=False):
     head, columns = ",".join(names), [x, y]
     if time:
         head, columns = f"time_s,{head}", [t, x, y]
-    rows = "\n".join(",".join(f"{value:.6f}" for value in row) for row in zip(*columns, strict=True))
+    rows = "\n".join(
+        ",".join(f"{value:.6f}" for value in row) for row in zip(*columns, strict=True)
+    )
     path.write_text(f"{head}\n{rows}\n", encoding="utf-8")
 
 
 @pytest.mark.slow
 @given(WORDS, WORDS, WORDS)
 def test_any_word_arrives_at_its_option_or_argument(file, driving, answering):
-    line = command("identify", file, input=driving, output=answering, run=[driving, answering], overwrite=True)
+    line = command(
+        "identify", file, input=driving, output=answering, run=[driving, answering], overwrite=True
+    )
     parser = get_command(app).commands["identify"]
     parsed = parser.make_context("identify", shlex.split(line)[2:]).params
     assert [str(each) for each in parsed["logs"]] == [str(Path(file))]
-    assert (parsed["input"], parsed["output"], list(parsed["runs"])) == (driving, answering, [driving, answering])
+    assert (parsed["input"], parsed["output"], list(parsed["runs"])) == (
+        driving,
+        answering,
+        [driving, answering],
+    )
     assert parsed["overwrite"] is True
 
 
@@ -113,11 +124,15 @@ def chain(folder, monkeypatch, file, driving, answering):
     shown = done(command("inspect", file))
     driving, answering = visible(driving), visible(answering)  # as they are shown they are typed
     done(f"{following(shown)} --family pi --json")
-    saved = done(command("identify", file, input=driving, output=answering, family="pi", save="model.json"))
+    saved = done(
+        command("identify", file, input=driving, output=answering, family="pi", save="model.json")
+    )
     done(f"{following(saved)} --out x.csv")
     scored = done(command("evaluate", "model.json", file))
     done(f"{following(scored)} --out x.csv --overwrite")
-    compared = done(f"{command('compare', file, input=driving, output=answering)} --families pi,static")
+    compared = done(
+        f"{command('compare', file, input=driving, output=answering)} --families pi,static"
+    )
     done(f"{following(compared)} --family pi --overwrite --json")
 
 
@@ -126,7 +141,9 @@ NASTY = list(zip(FILES, COLUMNS, [*COLUMNS[1:], COLUMNS[0]], strict=False))
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("file", "driving", "answering"), NASTY)
-def test_lines_of_nasty_names_can_be_typed_one_after_the_other(tmp_path, monkeypatch, file, driving, answering):
+def test_lines_of_nasty_names_can_be_typed_one_after_the_other(
+    tmp_path, monkeypatch, file, driving, answering
+):
     chain(tmp_path, monkeypatch, f"{file}.csv", driving, answering)
 
 
@@ -135,12 +152,16 @@ def test_no_line_is_made_by_hand():
     commands = "|".join(get_command(app).commands)
     line = re.compile(rf"dehyst ({commands}) [^`.;]*$")
     by_hand = []
-    for path in Path(dehyst.__file__).parent.rglob("*.py"):
+    for path in (path for folder in SOURCES.values() for path in folder.rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if not isinstance(node, ast.JoinedStr):
                 continue
             for text, value in zip(node.values, node.values[1:], strict=False):
-                if isinstance(text, ast.Constant) and line.search(text.value) and isinstance(value, ast.FormattedValue):
+                if (
+                    isinstance(text, ast.Constant)
+                    and line.search(text.value)
+                    and isinstance(value, ast.FormattedValue)
+                ):
                     by_hand.append(f"{path.name}:{node.lineno}: {text.value[-60:]}")
     assert by_hand == []
 
@@ -148,7 +169,9 @@ def test_no_line_is_made_by_hand():
 @pytest.mark.parametrize("row", [row.name for row in ROWS])
 def test_a_row_without_time_is_identified_by_its_name_or_the_name_in_the_refusal_is(row):
     x = np.sin(np.linspace(0, 30, 400)) * np.linspace(1, 0.4, 400)
-    rec = dehyst.Recording(input=x, output=dehyst.PrandtlIshlinskii([0.0, 0.3], [1.0, 0.5]).simulate(x))
+    rec = dehyst.Recording(
+        input=x, output=dehyst.PrandtlIshlinskii([0.0, 0.3], [1.0, 0.5]).simulate(x)
+    )
     try:
         assert dehyst.identify(rec, row).family == row
     except IdentificationError as refused:
@@ -159,7 +182,10 @@ def test_a_row_without_time_is_identified_by_its_name_or_the_name_in_the_refusal
 def test_what_auto_took_without_time_is_taken_by_its_name():
     rng = np.random.default_rng(3)
     x = np.sin(np.linspace(0, 30, 600)) * np.linspace(1, 0.4, 600)
-    stops = sum(w * (x - dehyst.PrandtlIshlinskii([r], [1.0]).simulate(x)) for r, w in ((0.1, 1.0), (0.4, 0.7)))
+    stops = sum(
+        w * (x - dehyst.PrandtlIshlinskii([r], [1.0]).simulate(x))
+        for r, w in ((0.1, 1.0), (0.4, 0.7))
+    )
     rec = dehyst.Recording(input=x, output=stops + 0.1 * x**3 + 0.001 * rng.normal(size=x.size))
     auto = dehyst.identify(rec)
     again = dehyst.identify(rec, auto.family)
@@ -184,12 +210,16 @@ def test_compare_prints_the_line_that_makes_the_model_it_names(tmp_path, monkeyp
 def test_every_family_of_compare_is_made_again_by_its_name(timed):
     rng, t = np.random.default_rng(0), np.linspace(0.0, 40.0, 500)
     x = 2 * np.sin(t) * np.linspace(1.0, 0.3, t.size)
-    y = dehyst.PrandtlIshlinskii([0.0, 0.6], [1.0, 0.5]).simulate(x) + 0.02 * rng.normal(size=t.size)
+    y = dehyst.PrandtlIshlinskii([0.0, 0.6], [1.0, 0.5]).simulate(x) + 0.02 * rng.normal(
+        size=t.size
+    )
     rec = dehyst.Recording(input=x, output=y, time=t if timed else None)
     for entry in dehyst.compare(rec, train_fraction=0.6).entries:
         if entry.model is not None:
             again = dehyst.identify(rec, entry.family, train_fraction=0.6)
-            assert again.test.rmse_percent == pytest.approx(entry.error_percent, rel=1e-6), entry.family
+            assert again.test.rmse_percent == pytest.approx(entry.error_percent, rel=1e-6), (
+                entry.family
+            )
 
 
 PLANS = [(1e-4, 12.0, (0.0, 150.0), 6000.0), (0.02, 600.0, (-30.0, 30.0), None), (1.0, 30000.0, (0.0, 100.0), 0.5),

@@ -1,4 +1,4 @@
-"""The settings of tests/machines.py are those that libraries obey: a machine that is none would prove nothing."""
+"""The settings of tests/support/machines.py are those that libraries obey; a machine without effect proves nothing."""
 
 import json
 import os
@@ -30,7 +30,9 @@ def test_a_machine_has_the_kernels_threads_and_level_that_it_says(name, tmp_path
         pytest.skip("this processor cannot be that machine")
     given = {key: value for key, value in machines.settings(machine, tmp_path).items() if value}
     environment = {key: value for key, value in os.environ.items() if key not in given} | given
-    done = subprocess.run([sys.executable, "-c", PROBE], env=environment, capture_output=True, text=True, timeout=600)
+    done = subprocess.run(
+        [sys.executable, "-c", PROBE], env=environment, capture_output=True, text=True, timeout=600
+    )
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     assert found["level"] == machine.level

@@ -5,7 +5,7 @@ import pandas
 import pytest
 
 import dehyst
-import dehyst.families.elements
+import dehyst.families._elements
 from dehyst.errors import DehystError, LogError, ModelFileError, ParameterError, TimeError
 from in_one import in_one
 
@@ -20,7 +20,10 @@ def frame():
 WRONG = {
     "two arrays": ((U, Y), "dehyst.Recording(input=u, output=y"),
     "an array": ((U,), "dehyst.Recording(input=u, output=y"),
-    "a matrix": ((np.column_stack([U, Y]),), "dehyst.Recording(input=data[:, 0], output=data[:, 1])"),
+    "a matrix": (
+        (np.column_stack([U, Y]),),
+        "dehyst.Recording(input=data[:, 0], output=data[:, 1])",
+    ),
     "lists": (([0.0, 1.0], [1.0, 2.0]), "dehyst.Recording(input=u, output=y"),
     "a table": (
         (frame(),),
@@ -33,8 +36,7 @@ WRONG = {
 }
 TAKERS = (
     dehyst.identify,
-    dehyst.identify_direct,
-    lambda records, *_: dehyst.identify_family(records, "dahl"),
+    lambda records, *_: dehyst.identify(records, "dahl"),
     lambda records, *_: dehyst.identify(records, "direct-inverse"),
     lambda records, *_: dehyst.drift(dehyst.PrandtlIshlinskii([0.0], [1.0]), records),
 )
@@ -49,37 +51,20 @@ def test_what_is_no_recording_is_refused_with_the_line_that_makes_one(what, take
     assert cure in str(fault.value) and len(str(fault.value)) < 500
 
 
-MANY = (
-    lambda *given: dehyst.identify(*given, "pi"),
-    dehyst.identify_direct,
-    dehyst.choose_shear,
-    dehyst.cross_validate,
-    lambda *given: dehyst.identify_family(*given, "dahl", 3),
-    lambda *given: dehyst.compare(*given, "dahl"),
-    lambda *given: dehyst.drift(dehyst.PrandtlIshlinskii([0.0], [1.0]), *given),
-)
-
-
-@in_one("take", range(len(MANY)))
-@in_one("given", [(U, Y), (frame(), "u", "y"), (U, Y, np.arange(400.0))])
-def test_more_arguments_than_fit_are_told_what_to_type(given, take):
-    with pytest.raises(ParameterError, match=r"recording = dehyst.Recording[.(]"):
-        MANY[take](*given)
-
-
-def test_more_arguments_than_fit_behind_a_recording_are_pythons_to_refuse():
-    with pytest.raises(TypeError, match="too many positional"):
-        dehyst.identify(dehyst.Recording(U, Y), "pi", 10)
-
-
 def test_a_path_is_no_signal():
-    for model in (dehyst.PrandtlIshlinskii([0.0], [1.0]), dehyst.families.elements.ElementModel.example()):
+    for model in (
+        dehyst.PrandtlIshlinskii([0.0], [1.0]),
+        dehyst.families._elements.ElementModel.example(),
+    ):
         with pytest.raises(ParameterError, match=r"dehyst.read_log\('base.csv', input="):
             model.simulate("base.csv")
 
 
 def test_the_line_that_is_shown_makes_a_recording():
-    for what, names in (("two arrays", {"u": U, "y": Y, "t": np.arange(400.0)}), ("a table", {"table": frame()})):
+    for what, names in (
+        ("two arrays", {"u": U, "y": Y, "t": np.arange(400.0)}),
+        ("a table", {"table": frame()}),
+    ):
         with pytest.raises(ParameterError) as fault:
             dehyst.identify(*WRONG[what][0])
         line = str(fault.value).partition("recording = ")[2].rpartition(", and give that")[0]
@@ -128,7 +113,9 @@ def test_a_model_is_no_log_and_a_log_no_model(tmp_path, model):
 
 @in_one("window", [("start", 100.0, "100 s <= t; "), ("stop", -1.0, "t < -1 s; ")])
 def test_a_window_without_samples_is_told_by_the_end_that_was_named(tmp_path, window):
-    (tmp_path / "log.csv").write_text("time_s,a,b\n" + "".join(f"{k},{k % 7},{k % 5}\n" for k in range(60)))
+    (tmp_path / "log.csv").write_text(
+        "time_s,a,b\n" + "".join(f"{k},{k % 7},{k % 5}\n" for k in range(60))
+    )
     name, value, words = window
     with pytest.raises(TimeError, match=f"lies in the window {words}"):
         dehyst.read_log(tmp_path / "log.csv", "a", "b", **{name: value})

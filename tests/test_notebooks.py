@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import json
 import sys
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
+from places import ROOT
+
 sys.path.insert(0, str(ROOT / "docs"))
 
-import build  # noqa: E402 - docs/build.py, found through the path above
-from generate import blocks, notebooks  # noqa: E402
+import build
+from generate import blocks, notebooks
 
 BOOKS = {path.stem: path for path in build.written_notebooks()}
 
@@ -20,9 +20,11 @@ BOOKS = {path.stem: path for path in build.written_notebooks()}
 @pytest.mark.slow
 @pytest.mark.parametrize("name", BOOKS)
 def test_a_notebook_shows_what_its_cells_print_now(name):
-    pytest.importorskip("nbclient", reason="nbclient runs the notebooks: pip install '.[test]'")
+    pytest.importorskip("nbclient", reason="nbclient runs the notebooks: pip install --group test")
     before = BOOKS[name].read_text(encoding="utf-8")
-    assert notebooks.true_notebook(before, redraw=False) == before, f"run: python docs/build.py {BOOKS[name]}"
+    assert notebooks.true_notebook(before, redraw=False) == before, (
+        f"run: python docs/build.py {BOOKS[name]}"
+    )
 
 
 def test_a_notebook_is_small_and_every_figure_that_it_draws_is_shown():
@@ -37,18 +39,31 @@ def test_a_notebook_is_small_and_every_figure_that_it_draws_is_shown():
 @pytest.mark.slow
 def test_a_notebook_built_twice_is_the_same_file_and_what_is_no_longer_true_is_replaced():
     nbformat = pytest.importorskip("nbformat")
-    pytest.importorskip("nbclient", reason="nbclient runs the notebooks: pip install '.[test]'")
+    pytest.importorskip("nbclient", reason="nbclient runs the notebooks: pip install --group test")
     code = "import dehyst\nrec = dehyst.Recording([0, 1, 2, 1, 0.0], [0, 1, 2, 2, 1.0])\nprint(0.5)\nrec.plot();"
-    cells = [nbformat.v4.new_code_cell(source, id=f"c{k}") for k, source in enumerate((code, "rec"))]
-    first = notebooks.true_notebook(nbformat.writes(nbformat.v4.new_notebook(cells=cells)), redraw=True)
-    assert notebooks.true_notebook(first, redraw=True) == first and '"0.5\\n"' in first and "<svg" in first
+    cells = [
+        nbformat.v4.new_code_cell(source, id=f"c{k}") for k, source in enumerate((code, "rec"))
+    ]
+    first = notebooks.true_notebook(
+        nbformat.writes(nbformat.v4.new_notebook(cells=cells)), redraw=True
+    )
+    assert (
+        notebooks.true_notebook(first, redraw=True) == first
+        and '"0.5\\n"' in first
+        and "<svg" in first
+    )
     for shown, kept in (("0.7", "0.5"), ("0.501", "0.501")):
         again = notebooks.true_notebook(first.replace('"0.5\\n"', f'"{shown}\\n"'), redraw=False)
         assert again == first.replace('"0.5\\n"', f'"{kept}\\n"')
 
 
 @pytest.mark.parametrize(
-    "name, code", [("first-loop", "fit.verdict"), ("from-log-to-c", "--target c"), ("the-papers-joint", "run_trial")]
+    "name, code",
+    [
+        ("first-loop", "fit.verdict"),
+        ("from-log-to-c", "--target c"),
+        ("the-papers-joint", "run_trial"),
+    ],
 )
 def test_a_notebook_prints_what_the_readme_prints(name, code):
     steps = blocks.steps((ROOT / "README.md").read_text(encoding="utf-8"))

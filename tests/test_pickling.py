@@ -8,15 +8,17 @@ import pytest
 import dehyst
 from dehyst import _native
 from dehyst.models import Block, DirectInverse
-from dehyst.robot import _native as _robot
-from dehyst.robot.control import JointController, JointControllerParameters
+from dehyst_robot import _native as _robot
+from dehyst_robot.control import JointController, JointControllerParameters
 from export_samples import play_model
 from in_one import in_one
 
 RUNNING = {
     "Stepper": lambda: play_model().stepper("dense"),
     "StackStepper": lambda: play_model().stepper("logarithmic"),
-    "DirectStepper": lambda: DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0]).core_stepper(0.01),
+    "DirectStepper": lambda: DirectInverse(
+        radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0]
+    ).core_stepper(0.01),
     "Block": lambda: Block(play_model())._native,
     "JointController": lambda: JointController(JointControllerParameters())._native,
 }
@@ -36,7 +38,9 @@ def test_every_class_with_an_image_refuses():
 @in_one("kind", RUNNING)
 @in_one("take", [pickle.dumps, copy.copy, copy.deepcopy])
 def test_the_refusal_names_save_and_restore(kind, take):
-    with pytest.raises(TypeError, match=rf"pickle or copy a {kind}: .*image = it.save\(\).*restore\(image\)"):
+    with pytest.raises(
+        TypeError, match=rf"pickle or copy a {kind}: .*image = it.save\(\).*restore\(image\)"
+    ):
         take(RUNNING[kind]())
 
 

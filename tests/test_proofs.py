@@ -7,15 +7,15 @@ import struct
 import subprocess
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from dehyst.export import subject_of
 from export_samples import play_model
+from places import ROOT
 
-PROOFS = Path(__file__).parents[1] / "proofs"
+PROOFS = ROOT / "proofs"
 sys.path.insert(0, str(PROOFS))
 
 import eva  # noqa: E402 - found through the path above
@@ -46,10 +46,17 @@ def test_the_interpreter_of_the_c_text_has_the_bits_of_the_compiled_core(block, 
     from solver.numbers import Numbers
 
     def struct_of(table):
-        return Struct(n=len(table[0]), u=[np.float64(x) for x in table[0]], v=[np.float64(x) for x in table[1]])
+        return Struct(
+            n=len(table[0]),
+            u=[np.float64(x) for x in table[0]],
+            v=[np.float64(x) for x in table[1]],
+        )
 
     machine = Machine(Program(*FILES), Numbers())
-    rows = {name: [np.float64(x) for x in getattr(block, name)] for name in ("threshold", "slope", "loading")}
+    rows = {
+        name: [np.float64(x) for x in getattr(block, name)]
+        for name in ("threshold", "slope", "loading")
+    }
     n = len(block.threshold)
     pi = Struct(n=n, center=np.float64(block.center), offset=np.float64(block.offset), **rows)
     ranges = {f"{name}_{end}": np.float64(getattr(block, name)[side])
@@ -68,7 +75,10 @@ def test_the_interpreter_of_the_c_text_has_the_bits_of_the_compiled_core(block, 
     library.reset()
     for k, x in enumerate(samples(200)):
         on = k % 50 < 35
-        mine, theirs = machine.call("dehyst_block_step", given, state, np.float64(x), on), library.step(x, on)
+        mine, theirs = (
+            machine.call("dehyst_block_step", given, state, np.float64(x), on),
+            library.step(x, on),
+        )
         assert struct.pack("<d", mine) == struct.pack("<d", theirs)
 
 
@@ -79,7 +89,15 @@ def compiled(block, folder):
     (folder / "one.c").write_text(text)
     options = ["-std=c11", "-O1", "-ffp-contract=off", "-shared", "-fPIC", f"-I{CORE}"]
     subprocess.run(
-        ["gcc", *options, folder / "one.c", *(CORE / name for name in FILES), "-o", folder / "one.so"], check=True
+        [
+            "gcc",
+            *options,
+            folder / "one.c",
+            *(CORE / name for name in FILES),
+            "-o",
+            folder / "one.so",
+        ],
+        check=True,
     )
     library = ctypes.CDLL(str(folder / "one.so"))
     library.step.restype, library.step.argtypes = ctypes.c_double, [ctypes.c_double, ctypes.c_int]
@@ -96,7 +114,9 @@ def test_every_contract_has_its_place_and_nothing_but_comments_is_added(tmp_path
 @WITH_C
 @pytest.mark.parametrize("level", patterns.LEVELS, ids=["strict", "fast"])
 def test_no_pattern_of_bits_leads_out_of_the_range(level, tmp_path):
-    counts = patterns.counted(patterns.built(tmp_path, "gcc", level, parameters.inverse(14)), 100_000)
+    counts = patterns.counted(
+        patterns.built(tmp_path, "gcc", level, parameters.inverse(14)), 100_000
+    )
     assert all(count.faults == 0 and count.rejected and count.limited for count in counts)
 
 
@@ -104,7 +124,10 @@ def test_no_pattern_of_bits_leads_out_of_the_range(level, tmp_path):
 def test_the_count_of_patterns_sees_an_output_out_of_range(tmp_path):
     class Tight(parameters.Block):
         def declarations(self):
-            return super().declarations() + "#undef OUTPUT_HIGH\n#define OUTPUT_HIGH (dehyst_real)0.5\n"
+            return (
+                super().declarations()
+                + "#undef OUTPUT_HIGH\n#define OUTPUT_HIGH (dehyst_real)0.5\n"
+            )
 
     block = Tight(**vars(parameters.inverse(4)))
     counts = patterns.counted(patterns.built(tmp_path, "gcc", ("-O2",), block), 10_000)
@@ -118,9 +141,14 @@ def test_every_deviation_from_misra_has_a_reason():
 
 @pytest.mark.parametrize(
     ("number", "fault", "message"),
-    [("2.10", Missing, "2.10 counts otherwise than"), (misra.VERSION, Failed, "rule 9.9 in pi.c: 1 places, not in")],
+    [
+        ("2.10", Missing, "2.10 counts otherwise than"),
+        (misra.VERSION, Failed, "rule 9.9 in pi.c: 1 places, not in"),
+    ],
 )
-def test_deviations_are_counted_by_the_version_that_made_the_list_and_by_no_other(number, fault, message, monkeypatch):
+def test_deviations_are_counted_by_the_version_that_made_the_list_and_by_no_other(
+    number, fault, message, monkeypatch
+):
     monkeypatch.setattr(misra, "tool", lambda *_: "cppcheck")
     monkeypatch.setattr(misra, "version", lambda _: number)
     monkeypatch.setattr(misra, "said", lambda *_, **__: "pi.c:1:1:misra-c2012-9.9\n")
@@ -198,7 +226,10 @@ def test_a_result_of_another_core_is_told(tmp_path):
     import run as proofs
 
     path = tmp_path / "results.json"
-    entries = [{"name": "wp", "core": proofs.core_checksum()}, {"name": "guard", "core": "0", "date": "2026-01-31"}]
+    entries = [
+        {"name": "wp", "core": proofs.core_checksum()},
+        {"name": "guard", "core": "0", "date": "2026-01-31"},
+    ]
     path.write_text(json.dumps({"proofs": entries}))
     assert "1 of 2" in proofs.stale(path) and "guard (2026-01-31)" in proofs.stale(path)
     assert "wp (" not in proofs.stale(path)

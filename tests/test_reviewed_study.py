@@ -4,16 +4,16 @@ import json
 import sys
 from dataclasses import replace
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from dehyst.errors import ParameterError
 from dehyst.families import names
-from dehyst.robot.control.reviewed import CONTROLLERS, TUNED, VoMinhController
+from dehyst_robot.control._reviewed import CONTROLLERS, TUNED, VoMinhController
+from places import ROOT
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+sys.path.insert(0, str(ROOT / "benchmarks"))
 
 from studies.law_study import OWN, Rung, best, ladder, period_cost, with_factor
 from studies.side_by_side import (
@@ -35,7 +35,7 @@ SHORT = {
     "path.cycles_fast": 1,
     "simulation.period_s": 0.001,
 }
-RESULT = Path(__file__).parents[1] / "benchmarks" / "results" / "reviewed.json"
+RESULT = ROOT / "benchmarks" / "results" / "reviewed.json"
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,9 @@ def test_every_family_of_the_registry_is_tried():
 def test_a_family_becomes_a_compensator_that_halves_the_error_at_least(joint, name):
     model = learned(joint.found["paper"], name)
     assert model.unexplained < 0.5 and model.parameters > 0
-    off, on = (errors(joint, with_model(joint, model), "fast", switched) for switched in (False, True))
+    off, on = (
+        errors(joint, with_model(joint, model), "fast", switched) for switched in (False, True)
+    )
     assert on["rms_deg"] < 0.5 * off["rms_deg"]
     assert path_cost(model, 50, 1) > 0
 
@@ -70,7 +72,11 @@ def test_the_way_that_says_more_of_the_log_is_taken(joint):
 def test_a_family_that_cannot_be_fitted_says_why(joint):
     log = {name: np.zeros_like(column) for name, column in joint.found["paper"].log.items()}
     nothing = learned(replace(joint.found["paper"], log=log), "pi")
-    assert nothing.compensator is None and "inverted:" in nothing.reason and "as it is:" in nothing.reason
+    assert (
+        nothing.compensator is None
+        and "inverted:" in nothing.reason
+        and "as it is:" in nothing.reason
+    )
 
 
 def test_a_plant_that_is_none_is_refused():
@@ -93,7 +99,9 @@ def test_a_factor_multiplies_the_gain_of_every_controller(joint):
     assert paper.controllers[1].pole == 2 * pole and not paper.laws
     _, mode = with_factor(joint.robot, kit, "sliding-mode", 2.0)
     assert mode.laws[1].surface == mode.laws[1].observer_pole == 2 * pole
-    first, second = (with_factor(joint.robot, kit, "vo-minh", factor)[1].laws[1] for factor in (1.0, 3.0))
+    first, second = (
+        with_factor(joint.robot, kit, "vo-minh", factor)[1].laws[1] for factor in (1.0, 3.0)
+    )
     assert isinstance(first, VoMinhController)
     assert second == VoMinhController(3 * first.proportional, 3 * first.integral)
     for wrong in (0.0, -1.0, float("nan")):
@@ -118,7 +126,9 @@ def test_a_ladder_goes_through_its_factors_and_a_failure_is_never_the_best(monke
 
 
 def test_a_period_costs_time_and_more_of_it_with_a_compensator(joint):
-    costs = [min(period_cost(joint, "paper", name, 2000, 5) for _ in range(3)) for name in ("", "paper")]
+    costs = [
+        min(period_cost(joint, "paper", name, 2000, 5) for _ in range(3)) for name in ("", "paper")
+    ]
     assert 0 < costs[0] < 2 * costs[1] < 1e6
 
 
@@ -134,7 +144,13 @@ def result():
 
 def slow(result, plant, controller, compensator, factor=1.0):
     """Mean rms error of the slow trial over the seeds."""
-    wanted = {"plant": plant, "controller": controller, "compensator": compensator, "trial": "slow", "factor": factor}
+    wanted = {
+        "plant": plant,
+        "controller": controller,
+        "compensator": compensator,
+        "trial": "slow",
+        "factor": factor,
+    }
     found = [row for row in result["controllers"] if all(row[k] == v for k, v in wanted.items())]
     assert found
     return float(np.mean([row["rms_deg"] for row in found]))
@@ -145,7 +161,9 @@ PLANTS = ("maxwell-slip", "preisach", "dahl")
 
 
 @pytest.mark.parametrize(("plant", "name"), list(product(PLANTS, REVIEWED)))
-def test_the_papers_controller_with_its_compensator_beats_each_reviewed_one_as_published(result, plant, name):
+def test_the_papers_controller_with_its_compensator_beats_each_reviewed_one_as_published(
+    result, plant, name
+):
     told = result["tuning"]["chosen"]
     assert slow(result, plant, "paper", "paper") < slow(result, plant, name, OWN[name] or "off")
     tuned = slow(result, plant, "paper", "paper", told["paper"])

@@ -2,20 +2,19 @@
 
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse, ModelCard, SignalCard
-from dehyst.robot.arm.parameters import load_robot
-from dehyst.robot.arm.runs import FAULTS, Reference
-from dehyst.robot.control import Adaptation
-from dehyst.robot.experiments.calibration import calibrate
-from dehyst.robot.experiments.path import plan_path
+from dehyst_robot.arm import Reference, load_robot
+from dehyst_robot.arm._runs import FAULTS
+from dehyst_robot.control import Adaptation
+from dehyst_robot.experiments import calibrate, plan_path
+from places import ROOT
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+sys.path.insert(0, str(ROOT / "benchmarks"))
 
 from studies.alone import ADAPT, DISTURBANCE, Alone, follow, rms, smooth_push
 from studies.endurance import endure, map_slope
@@ -32,13 +31,20 @@ ROUGH = DirectInverse(  # a guess of the size of the hysteresis, good to a third
     card=CARD,
 )
 SWEEPS = {"mean_pressures_bar": [2.2, 3.8], "loads_bar": [-0.8, 0.8], "sweep_s": 8.0, "degree": 5}
-SHORT = {"homing.cycles": 4, "path.slow_factor": 3.0, "hysteresis.mechanism": "dahl", "calibration": SWEEPS}
+SHORT = {
+    "homing.cycles": 4,
+    "path.slow_factor": 3.0,
+    "hysteresis.mechanism": "dahl",
+    "calibration": SWEEPS,
+}
 
 
 @pytest.fixture(scope="module")
 def joint():
     robot = load_robot(conditions="kind", changes=SHORT)
-    return Alone(robot, plan_path(load_robot(conditions="kind")), calibrate(robot, 1), ROUGH, Adaptation())
+    return Alone(
+        robot, plan_path(load_robot(conditions="kind")), calibrate(robot, 1), ROUGH, Adaptation()
+    )
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +54,9 @@ def off(joint):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1])
-def test_minutes_of_faults_leave_scales_in_bounds_and_the_map_invertible_at_every_period(joint, seed):
+def test_minutes_of_faults_leave_scales_in_bounds_and_the_map_invertible_at_every_period(
+    joint, seed
+):
     seen = endure(joint, 200.0, seed)
     assert seen.faults > 3
     assert seen.within(joint.adaptation)
@@ -76,7 +84,9 @@ def test_endurance_without_a_direct_inverse_is_refused(off):
 
 
 # At rest a frozen reading is a reading like any other, and a supply that fails is felt by who needs air.
-@pytest.mark.parametrize("fault", [fault for fault in FAULTS if "frozen" not in fault and fault != "supply_lost"])
+@pytest.mark.parametrize(
+    "fault", [fault for fault in FAULTS if "frozen" not in fault and fault != "supply_lost"]
+)
 def test_an_injected_fault_is_flagged(joint, fault):
     arm = joint.arm()
     zero = np.zeros((101, 1))
@@ -111,7 +121,9 @@ def test_a_push_is_estimated_within_the_hysteresis_that_is_not_known_and_not_lea
 def test_half_the_hysteresis_is_learned_from_the_homing(joint, off):
     half = {"hysteresis__scale": 0.5}
     ratio = [
-        follow(joint.with_changes(**half), "slow", switches, learn_homing=bool(switches)).figures()[0]
+        follow(joint.with_changes(**half), "slow", switches, learn_homing=bool(switches)).figures()[
+            0
+        ]
         / follow(off.with_changes(**half), "slow").figures()[0]
         for switches in (0, ADAPT)
     ]

@@ -9,23 +9,30 @@ import sys
 import threading
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
-from pathlib import Path
 
 import pytest
 
+from places import ROOT
 from test_report_browser import BROWSER, FLAGS
 
-ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "docs"))
 
 pytest.importorskip("zensical", reason="zensical builds the site: pip install --group site")
-pytest.importorskip("latex2mathml", reason="latex2mathml writes the site's formulas: pip install --group site")
+pytest.importorskip(
+    "latex2mathml", reason="latex2mathml writes the site's formulas: pip install --group site"
+)
 
-from generate import site  # noqa: E402 - docs/generate, found through the path above
+from generate import site
 
 pytestmark = pytest.mark.slow
 PHONE = 390
-PAGES = ["", "notebooks/first-loop/", "explanation/the-plant/", "reference/python/", "reference/parameters/"]
+PAGES = [
+    "",
+    "notebooks/first-loop/",
+    "explanation/the-plant/",
+    "reference/python/",
+    "reference/parameters/",
+]
 PAGES += ["how-to/export-to-c/", "contributing/", "contents/", "decisions/"]
 
 # Opens pages in a frame as wide as a phone, then searches on the front page, and sends what it saw.
@@ -65,7 +72,9 @@ def built(tmp_path_factory):
 def seen(built, tmp_path_factory):
     """What the browser says of the site, served on this machine alone; every other name resolves to nothing."""
     if BROWSER is None:
-        pytest.skip("no Chromium or Chrome found: install one (apt-get install chromium) to open the site in it")
+        pytest.skip(
+            "no Chromium or Chrome found: install one (apt-get install chromium) to open the site in it"
+        )
     answers: queue.Queue[bytes] = queue.Queue()
 
     class Server(SimpleHTTPRequestHandler):
@@ -80,12 +89,20 @@ def seen(built, tmp_path_factory):
     (built / "probe.html").write_text(PROBE % (PHONE, json.dumps(PAGES)), encoding="utf-8")
     with ThreadingHTTPServer(("127.0.0.1", 0), partial(Server, directory=str(built))) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
-        flags = [*FLAGS[:-1], "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1", "--window-size=800,1000"]
+        flags = [
+            *FLAGS[:-1],
+            "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
+            "--window-size=800,1000",
+        ]
         profile = f"--user-data-dir={tmp_path_factory.mktemp('profile')}"
         page = f"http://127.0.0.1:{server.server_port}/probe.html"
-        with subprocess.Popen([BROWSER, *flags, profile, page], stderr=subprocess.DEVNULL) as browser:
+        with subprocess.Popen(
+            [BROWSER, *flags, profile, page], stderr=subprocess.DEVNULL
+        ) as browser:
             try:
-                return json.loads(answers.get(timeout=120)) | {"here": page.removesuffix("probe.html")}
+                return json.loads(answers.get(timeout=120)) | {
+                    "here": page.removesuffix("probe.html")
+                }
             finally:
                 browser.terminate()
                 server.shutdown()
@@ -103,26 +120,38 @@ def test_no_page_is_wider_than_a_phone(seen):
 
 def test_nothing_is_asked_of_another_server(seen):
     assert len(seen["asked"]) > 10
-    assert [each for each in seen["asked"] if not each.startswith((seen["here"], "data:", "blob:"))] == []
+    assert [
+        each for each in seen["asked"] if not each.startswith((seen["here"], "data:", "blob:"))
+    ] == []
 
 
 def test_every_page_notebook_and_formula_is_there(built):
     for source in (*ROOT.glob("docs/**/*.md"), *ROOT.glob("docs/**/*.ipynb")):
-        page = site.place(source.relative_to(ROOT).as_posix()).removesuffix(".md").removesuffix("index")
-        assert (built / page.replace("decisions/README", "decisions") / "index.html").is_file(), source
+        page = (
+            site.place(source.relative_to(ROOT).as_posix())
+            .removesuffix(".md")
+            .removesuffix("index")
+        )
+        assert (built / page.replace("decisions/README", "decisions") / "index.html").is_file(), (
+            source
+        )
     pages = "".join(page.read_text(encoding="utf-8") for page in built.rglob("*.html"))
     assert pages.count("<math") > 50 and "arithmatex" not in pages
 
 
 def test_the_page_for_a_browser_is_part_of_the_site(built):
-    part = "src/dehyst/page/dehyst.html"
+    part = "packages/dehyst-studio/src/dehyst_studio/html/dehyst.html"
     assert (built / part).read_bytes() == (ROOT / part).read_bytes()
-    assert f'href="../../{part}"' in (built / "how-to/try-in-a-browser/index.html").read_text(encoding="utf-8")
+    assert f'href="../../{part}"' in (built / "how-to/try-in-a-browser/index.html").read_text(
+        encoding="utf-8"
+    )
 
 
 @pytest.mark.parametrize("link", ["nowhere.md", "explanation/method.md#nothing"])
 def test_a_broken_link_fails(link, tmp_path, monkeypatch):
     page = site.page
-    monkeypatch.setattr(site, "page", lambda source: page(source) + f"\n[x]({link})\n" * (source == "README.md"))
+    monkeypatch.setattr(
+        site, "page", lambda source: page(source) + f"\n[x]({link})\n" * (source == "README.md")
+    )
     with pytest.raises(subprocess.CalledProcessError):
         site.build(tmp_path / "site")

@@ -2,9 +2,10 @@
 
 import csv
 from collections import defaultdict
-from pathlib import Path
 
-DOCS = Path(__file__).parents[1] / "docs"
+from places import ROOT
+
+DOCS = ROOT / "docs"
 RESULT, PAGE = DOCS / "generate" / "stale.csv", DOCS / "explanation" / "adaptation.md"
 EXPLAINED = {
     ("payload 1 kg", "1", "fast"): "the inertia of the payload",
@@ -27,7 +28,11 @@ def test_best_is_never_above_off_and_below_paper_but_where_the_page_says_why():
     found = errors()
     assert len(found) == 18 * 2 * 2 and len({len(seeds) for seeds in found.values()}) == 1
     assert all(one["best"] <= 1.05 * one["off"] for seeds in found.values() for one in seeds)
-    above = {key for key, seeds in found.items() if any(one["best"] >= one["paper"] for one in seeds)}
+    above = {
+        key for key, seeds in found.items() if any(one["best"] >= one["paper"] for one in seeds)
+    }
     assert above == set(EXPLAINED)
     page = " ".join(PAGE.read_text(encoding="utf-8").split())
-    assert all(why in page for why in ("but three, all of joint 1 in the fast trial", *EXPLAINED.values()))
+    assert all(
+        why in page for why in ("but three, all of joint 1 in the fast trial", *EXPLAINED.values())
+    )

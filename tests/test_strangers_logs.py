@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import dehyst
-from dehyst.io.cells import is_date_time, parse_date_times
+from dehyst.io import parse_date_times
+from dehyst.io._cells import is_date_time
 from dehyst.units import parse_unit
 
 ROWS = 300
@@ -91,7 +92,9 @@ CATMAN = (
     "50 Hz\t50 Hz\t50 Hz\n"
 )
 EXPERION = "Point,PIC200,PIC200\nParameter,OP,PV\nDescription,Pressure control,Pressure control\nUnits,%,BARG\n"
-PI_RECORDER = "# REM E-727 data recorder\n#\n# SAMPLE_TIME = 5e-05\n# NAME0 = Voltage\n#\n# END_HEADER\n"
+PI_RECORDER = (
+    "# REM E-727 data recorder\n#\n# SAMPLE_TIME = 5e-05\n# NAME0 = Voltage\n#\n# END_HEADER\n"
+)
 
 
 def narrow(value: float) -> str:
@@ -355,7 +358,9 @@ def test_stamps_with_named_months_and_durations_are_read(cell, seconds):
     assert parse_date_times([cell]).tolist() == [seconds]
 
 
-@pytest.mark.parametrize("cell", ["05-Foo-24 10:00:00", "May", "12:75.5", "3 days", "Mar 5", "1.5", "A 5, 2024 10:00"])
+@pytest.mark.parametrize(
+    "cell", ["05-Foo-24 10:00:00", "May", "12:75.5", "3 days", "Mar 5", "1.5", "A 5, 2024 10:00"]
+)
 def test_what_only_resembles_a_stamp_is_none(cell):
     assert not is_date_time(cell)
 
@@ -366,7 +371,10 @@ def test_names_of_a_circuit_carry_no_unit_and_units_in_brackets_stay():
 
 
 def test_a_count_of_the_rows_is_proposed_for_nothing(tmp_path):
-    rows = "".join(f"{k + 1},2024/03/05,10:{k // 60:02d}:{k % 60:02d},{y:.4f},V\n" for k, y in enumerate(FOLLOW))
+    rows = "".join(
+        f"{k + 1},2024/03/05,10:{k // 60:02d}:{k % 60:02d},{y:.4f},V\n"
+        for k, y in enumerate(FOLLOW)
+    )
     (tmp_path / "m.csv").write_text("No,Date,Time,Value,Unit\n" + rows)
     summary = dehyst.inspect_log(tmp_path / "m.csv")
     assert (summary.input, summary.output) == (None, None)

@@ -23,7 +23,9 @@ class Linked(NamedTuple):
 
 
 LINKED = (
-    Linked("nanobind", "nanobind", "BSD-3-Clause", "../nanobind-{version}.dist-info/licenses/LICENSE"),
+    Linked(
+        "nanobind", "nanobind", "BSD-3-Clause", "../nanobind-{version}.dist-info/licenses/LICENSE"
+    ),
     Linked("robin-map", "nanobind", "MIT", "ext/robin_map/include/tsl/robin_map.h"),
     Linked("libc++", "ziglang", "Apache-2.0 WITH LLVM-exception", "lib/libcxx/LICENSE.TXT"),
     Linked("libunwind", "ziglang", "Apache-2.0 WITH LLVM-exception", "lib/libunwind/LICENSE.TXT"),
@@ -35,7 +37,9 @@ def linked_licences() -> Iterator[tuple[str, str]]:
     """Name of a file and the text that has to go with every copy, for each part of `LINKED`."""
     for part in LINKED:
         folder = Path(next(iter(find_spec(part.package).submodule_search_locations or ())))  # type: ignore[union-attr]
-        text = (folder / part.text.format(version=version(part.package))).read_text(encoding="utf-8")
+        text = (folder / part.text.format(version=version(part.package))).read_text(
+            encoding="utf-8"
+        )
         head = re.match(r"/\*\*(.*?)\*/", text, re.DOTALL) if part.text.endswith(".h") else None
         yield f"{part.name.replace(' ', '-')}.txt", head[1] if head else text
 
@@ -72,7 +76,9 @@ def bill(metadata: Mapping[str, Any], files: Mapping[str, bytes]) -> bytes:
          "hashes": [{"alg": "SHA-256", "content": hashlib.sha256(content).hexdigest()}]}
         for path, content in sorted(files.items())
     ]  # fmt: skip
-    serial = uuid.uuid5(uuid.NAMESPACE_URL, package + "".join(str(one["hashes"]) for one in compiled))
+    serial = uuid.uuid5(
+        uuid.NAMESPACE_URL, package + "".join(str(one["hashes"]) for one in compiled)
+    )
     return json.dumps(
         {
             "bomFormat": "CycloneDX",

@@ -46,9 +46,15 @@ def products(f: Array, degree: int) -> Array:
     """All products of features up to a degree; of the third those with x in them alone."""
     columns = [*f.T]
     if degree > 1:
-        columns += [f[:, i] * f[:, j] for i, j in itertools.combinations_with_replacement(range(f.shape[1]), 2)]
+        columns += [
+            f[:, i] * f[:, j]
+            for i, j in itertools.combinations_with_replacement(range(f.shape[1]), 2)
+        ]
     if degree > 2:
-        columns += [f[:, 0] * f[:, i] * f[:, j] for i, j in itertools.combinations_with_replacement(range(9), 2)]
+        columns += [
+            f[:, 0] * f[:, i] * f[:, j]
+            for i, j in itertools.combinations_with_replacement(range(9), 2)
+        ]
     return np.column_stack(columns)
 
 
@@ -80,7 +86,10 @@ def kernel(half: Half) -> Predictor:
         values, vectors = np.linalg.eigh(alike(known, known, length))
         level = float(y.mean())
         turned = vectors.T @ (y - level)
-        weights = [vectors @ (turned / (np.maximum(values, 0.0) + strength * values[-1])) for strength in STRENGTHS]
+        weights = [
+            vectors @ (turned / (np.maximum(values, 0.0) + strength * values[-1]))
+            for strength in STRENGTHS
+        ]
 
         def predictor(w: Array) -> Predictor:
             return lambda g: bounded(level + alike(g, known, length) @ w)
@@ -91,7 +100,11 @@ def kernel(half: Half) -> Predictor:
 
 
 def chosen(
-    half: Half, f: Array, every: int, answer: Callable[[int, Any], list[Predictor]], settings: tuple[float, ...]
+    half: Half,
+    f: Array,
+    every: int,
+    answer: Callable[[int, Any], list[Predictor]],
+    settings: tuple[float, ...],
 ) -> Predictor:
     """Fit with the setting and the ridge that err least in the worse of the blocks."""
     scores = []

@@ -65,12 +65,16 @@ def adam(p: Any, g: Any, m: Any, v: Any, k: jax.Array) -> tuple[Any, Any, Any]:
     return jax.tree.map(lambda p, m, v: p - rate * m / (jnp.sqrt(v) + 1e-8), p, m, v), m, v
 
 
-def trained(carry: Any, first: jax.Array, windows: jax.Array, y: jax.Array, counts: jax.Array) -> Any:
+def trained(
+    carry: Any, first: jax.Array, windows: jax.Array, y: jax.Array, counts: jax.Array
+) -> Any:
     """Parameters, moments and states of windows after LOOK more steps."""
 
     def loss(p: Parameters, h: jax.Array) -> tuple[jax.Array, jax.Array]:
         states, f = passed(p, windows, h)
-        return jnp.sum(jnp.where(counts, f[COUNTED:] - y, 0.0) ** 2) / jnp.sum(counts), states[COUNTED - 1]
+        return jnp.sum(jnp.where(counts, f[COUNTED:] - y, 0.0) ** 2) / jnp.sum(counts), states[
+            COUNTED - 1
+        ]
 
     def step(carry: Any, k: jax.Array) -> tuple[Any, None]:
         p, m, v, h = carry

@@ -23,7 +23,9 @@ class Narx:
         self.x, self.y = half.x[:: self.every], half.y[:: self.every]
         variables = range(2 * lags + 2)  # the sign of the motion is the last
         self.powers = [
-            list(c) for d in range(1, degree + 1) for c in itertools.combinations_with_replacement(variables, d)
+            list(c)
+            for d in range(1, degree + 1)
+            for c in itertools.combinations_with_replacement(variables, d)
         ]
         width = max(map(len, self.powers))
         one = 2 * lags + 2
@@ -32,7 +34,9 @@ class Narx:
     def fitted(self, end: int) -> list[Array]:
         """Weights, one set a ridge, of one step ahead over the samples before an end."""
         n, x, y = self.lags, self.x[:end], self.y[:end]
-        past = [x[n - k : x.size - k] for k in range(n + 1)] + [y[n - k : y.size - k] for k in range(1, n + 1)]
+        past = [x[n - k : x.size - k] for k in range(n + 1)] + [
+            y[n - k : y.size - k] for k in range(1, n + 1)
+        ]
         v = np.column_stack([*past, np.sign(x[n:] - x[n - 1 : -1]), np.ones(x.size - n)])
         a = np.column_stack([np.ones(v.shape[0]), v[:, self.index].prod(axis=2)])
         return ridges(a, y[n:], STRENGTHS)

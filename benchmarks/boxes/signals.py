@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.data.recording import Recording
-from dehyst.identification.data import prepare
-from dehyst.identification.split import split_recordings
+from dehyst.data import Recording
+from dehyst.identification._data import prepare
+from dehyst.identification._split import split_recordings
 
 BOUND = 1.5  # of an output, half ranges of the fitted half
 

@@ -41,7 +41,12 @@ BAND = (5.0, 150.0)  # [Hz]
 FORCE = 50.0  # rms [N]
 NOISE = 8e-6  # rms [m]
 INTEGRATION_STEPS = 20  # a sample: 15 kHz
-SWEEP = (40.0, 18.0, 10.0 / 60.0, 153_000)  # amplitude [N], first frequency [Hz], rate [Hz/s], samples
+SWEEP = (
+    40.0,
+    18.0,
+    10.0 / 60.0,
+    153_000,
+)  # amplitude [N], first frequency [Hz], rate [Hz/s], samples
 # Rms errors on the multisine test [m], from table 1 of Iacob, Szecsi, Beintema, Schoukens and Toth, "Learning Koopman
 # models from data under general noise conditions" (2025); the papers that it takes errors from were not at hand.
 PUBLISHED = {
@@ -77,7 +82,9 @@ class BenchmarkTest:
 
     def error(self, oscillator: Oscillator) -> float:
         """Return the rms error of a simulation, nothing of the measured output given to it. [m]"""
-        answer = oscillator.simulate(self.force, np.arange(self.force.size) / RATE, periodic=self.periodic)
+        answer = oscillator.simulate(
+            self.force, np.arange(self.force.size) / RATE, periodic=self.periodic
+        )
         return float(np.sqrt(np.mean((answer - self.output) ** 2)))
 
 
@@ -104,7 +111,9 @@ def multisine(seed: int, *, samples: int = PERIOD, rms: float = FORCE) -> Array:
     50.0
     """
     if samples < 150:
-        raise ParameterError(f"samples = {samples}: below 150 a period is shorter than one cycle of 5 Hz.")
+        raise ParameterError(
+            f"samples = {samples}: below 150 a period is shorter than one cycle of 5 Hz."
+        )
     frequency = np.fft.rfftfreq(samples, 1.0 / RATE)
     excited = (frequency >= BAND[0]) & (frequency <= BAND[1])
     spectrum = np.zeros(frequency.size, dtype=complex)
@@ -122,7 +131,12 @@ def sweep(samples: int = SWEEP[3]) -> Array:
 
 
 def measure(
-    seed: int, *, periods: int = 5, samples: int = PERIOD, noise: float = NOISE, system: Oscillator = SYSTEM
+    seed: int,
+    *,
+    periods: int = 5,
+    samples: int = PERIOD,
+    noise: float = NOISE,
+    system: Oscillator = SYSTEM,
 ) -> PeriodicRecord:
     """Return an averaged estimation record: `periods` of a multisine from rest, noise added, the first one left out.
 
@@ -170,7 +184,10 @@ def held_out_records(
         time = np.arange(force.size) / RATE
         found.append(
             BenchmarkTest(
-                name, force, system.simulate(force, time, periodic=periodic, steps=INTEGRATION_STEPS), periodic
+                name,
+                force,
+                system.simulate(force, time, periodic=periodic, steps=INTEGRATION_STEPS),
+                periodic,
             )
         )
     return found
@@ -216,7 +233,9 @@ def describe(fit: BoucWenFit) -> dict[str, Any]:
     }
 
 
-Found = tuple[str, str, int, Oscillator, dict[str, Any]]  # name, kind, number of parameters, model, details
+Found = tuple[
+    str, str, int, Oscillator, dict[str, Any]
+]  # name, kind, number of parameters, model, details
 
 
 def identified(records: Sequence[PeriodicRecord], held_out: PeriodicRecord) -> Iterator[Found]:
@@ -229,7 +248,9 @@ def identified(records: Sequence[PeriodicRecord], held_out: PeriodicRecord) -> I
     yield _chosen("duhem, polynomial", "degree", polynomials)
     start = best(polynomials).fit.oscillator
     assert isinstance(start, HystereticOscillator)
-    yield _chosen("duhem, piecewise linear", "knots", identify_duhem_table(records, held_out, start))
+    yield _chosen(
+        "duhem, piecewise linear", "knots", identify_duhem_table(records, held_out, start)
+    )
     white = identify_bouc_wen(records)
     details = {"estimation": white.fit.rms, **describe(white)}
     yield "bouc-wen", "white box", white.fit.parameters.size, white.oscillator, details

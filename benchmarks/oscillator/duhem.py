@@ -50,9 +50,17 @@ class _Slopes:
 
     def build(self, p: Array) -> HystereticOscillator:
         slopes = self.linear.stiffness * (self.basis @ p[3:])
-        mass, damping, stiffness = p[:3] * (self.linear.mass, self.linear.damping, self.linear.stiffness)
+        mass, damping, stiffness = p[:3] * (
+            self.linear.mass,
+            self.linear.damping,
+            self.linear.stiffness,
+        )
         return HystereticOscillator(
-            float(mass), float(damping), float(stiffness), slope_range=self.reach, slopes=slopes.tolist()
+            float(mass),
+            float(damping),
+            float(stiffness),
+            slope_range=self.reach,
+            slopes=slopes.tolist(),
         )
 
     def roughness(self, p: Array) -> Array:
@@ -66,7 +74,12 @@ def rms_error(oscillator: HystereticOscillator, record: PeriodicRecord, lead: fl
 
 
 def _tried(
-    shape: _Slopes, start: Array, size: int, records: Sequence[PeriodicRecord], held_out: PeriodicRecord, lead: float
+    shape: _Slopes,
+    start: Array,
+    size: int,
+    records: Sequence[PeriodicRecord],
+    held_out: PeriodicRecord,
+    lead: float,
 ) -> Choice:
     prior = shape.roughness if shape.basis.shape[0] == shape.basis.shape[1] else None
     fit = fit_output_error(shape.build, start, records, lead=lead, prior=prior, evaluations=30)
@@ -151,12 +164,20 @@ def identify_duhem_table(
         )
     linear = identify_linear(records)
     lead = lead_time(linear.mass, 0.5 * linear.damping)
-    reach = _MARGIN * max(float(np.abs(SteadyState(record, lead)(start)[1]).max()) for record in records)
+    reach = _MARGIN * max(
+        float(np.abs(SteadyState(record, lead)(start)[1]).max()) for record in records
+    )
     given = np.linspace(-start.slope_range, start.slope_range, len(start.slopes))
-    first = [start.mass / linear.mass, start.damping / linear.damping, start.stiffness / linear.stiffness]
+    first = [
+        start.mass / linear.mass,
+        start.damping / linear.damping,
+        start.stiffness / linear.stiffness,
+    ]
     choices = []
     for count in knots:
-        slopes = np.interp(np.linspace(-reach, reach, count), given, start.slopes) / linear.stiffness
+        slopes = (
+            np.interp(np.linspace(-reach, reach, count), given, start.slopes) / linear.stiffness
+        )
         shape = _Slopes(linear, reach, np.eye(count))
         choices.append(_tried(shape, np.array([*first, *slopes]), count, records, held_out, lead))
     return choices

@@ -18,13 +18,17 @@ Spectrum = npt.NDArray[np.complex128]
 
 def dynamic_stiffness(oscillator: HystereticOscillator, omega: Array) -> Spectrum:
     """Return -m omega^2 + i omega c + k, complex (n,), of an oscillator without its hysteretic part. [N/m]"""
-    stiffness: Spectrum = oscillator.stiffness - oscillator.mass * omega**2 + 1j * omega * oscillator.damping
+    stiffness: Spectrum = (
+        oscillator.stiffness - oscillator.mass * omega**2 + 1j * omega * oscillator.damping
+    )
     return stiffness
 
 
 def spectrum(record: PeriodicRecord) -> tuple[Array, Spectrum, Spectrum]:
     """Return omega [rad/s], force and output at the lines of a record."""
-    omega: Array = 2 * np.pi * np.fft.rfftfreq(record.force.size, record.sampling_time).astype(np.float64)
+    omega: Array = (
+        2 * np.pi * np.fft.rfftfreq(record.force.size, record.sampling_time).astype(np.float64)
+    )
     return omega, np.fft.rfft(record.force), np.fft.rfft(record.output)
 
 
@@ -54,13 +58,18 @@ def identify_linear(records: Sequence[PeriodicRecord]) -> HystereticOscillator:
         forces.append(u[excited])
     matrix, right = np.concatenate(rows), np.concatenate(forces)
     if right.size < 2:
-        raise ExcitationError("the force excites fewer than two frequencies: three parameters need at least two.")
+        raise ExcitationError(
+            "the force excites fewer than two frequencies: three parameters need at least two."
+        )
     weight = np.ones(right.size)
     for _ in range(ROUNDS):
         left, target = weight[:, None] * matrix, weight * right
         real = np.concatenate([left.real, left.imag])
         size = np.linalg.norm(real, axis=0)
-        solution = np.linalg.lstsq(real / size, np.concatenate([target.real, target.imag]), rcond=None)[0] / size
+        solution = (
+            np.linalg.lstsq(real / size, np.concatenate([target.real, target.imag]), rcond=None)[0]
+            / size
+        )
         answer = matrix[:, 2]
         weight = np.abs(answer) / np.maximum(np.abs(matrix @ solution), 1e-300)
     mass, damping, stiffness = (float(value) for value in solution)

@@ -49,7 +49,9 @@ class _Shape:
 def stop_outputs(y: Array, thresholds: Array) -> Array:
     """Return the stop operators (N, n) of one period of a position in its steady state, y (N,)."""
     twice = np.concatenate([y, y])
-    plays, _ = _native.play_bank(twice, thresholds, np.zeros(thresholds.size), np.arange(y.size, twice.size))
+    plays, _ = _native.play_bank(
+        twice, thresholds, np.zeros(thresholds.size), np.arange(y.size, twice.size)
+    )
     return y[:, None] - plays
 
 
@@ -66,7 +68,9 @@ def _columns(record: PeriodicRecord, shape: _Shape) -> Spectrum:
     return np.concatenate([motion, spectra], axis=1)
 
 
-def _convex_start(records: Sequence[PeriodicRecord], shape: _Shape, linear: HystereticOscillator) -> Array:
+def _convex_start(
+    records: Sequence[PeriodicRecord], shape: _Shape, linear: HystereticOscillator
+) -> Array:
     """Unknowns with the smallest error of the equation of motion, divided by the linear dynamic stiffness.
 
     That division makes it nearly an output error. m, c, k and the weights are not negative unless the element depends
@@ -79,14 +83,21 @@ def _convex_start(records: Sequence[PeriodicRecord], shape: _Shape, linear: Hyst
         left.append(weight[1:-1, None] * _columns(record, shape)[1:-1] * shape.scale)
         right.append(weight[1:-1] * force[1:-1])
     matrix, target = np.concatenate(left), np.concatenate(right)
-    real, values = np.concatenate([matrix.real, matrix.imag]), np.concatenate([target.real, target.imag])
+    real, values = (
+        np.concatenate([matrix.real, matrix.imag]),
+        np.concatenate([target.real, target.imag]),
+    )
     size = np.linalg.norm(real, axis=0)
     solution: Array = lsq_linear(real / size, values, (shape.lower(), np.inf)).x / size
     return solution
 
 
 def identify_maxwell_slip(
-    records: Sequence[PeriodicRecord], operators: int = 8, *, position_dependent: bool = False, evaluations: int = 25
+    records: Sequence[PeriodicRecord],
+    operators: int = 8,
+    *,
+    position_dependent: bool = False,
+    evaluations: int = 25,
 ) -> OutputErrorFit:
     r"""Identify an oscillator with Maxwell slip, h = sum_i (w_i + v_i y^2) E_{r_i}[y].
 
@@ -113,16 +124,22 @@ def identify_maxwell_slip(
         As by the linear fit and the optimiser.
     """
     if operators < 1:
-        raise ParameterError(f"operators = {operators}: Maxwell slip needs at least one.", operators=operators)
+        raise ParameterError(
+            f"operators = {operators}: Maxwell slip needs at least one.", operators=operators
+        )
     linear = identify_linear(records)
     reach = max(float(np.abs(record.output).max()) for record in records)
     spring = [linear.stiffness] * operators
     scale = [linear.mass, linear.damping, linear.stiffness, *spring]
     if position_dependent:
         scale += [value / reach**2 for value in (linear.stiffness, *spring)]
-    shape = _Shape(np.geomspace(0.1 * reach, 0.9 * reach, operators), position_dependent, np.array(scale))
+    shape = _Shape(
+        np.geomspace(0.1 * reach, 0.9 * reach, operators), position_dependent, np.array(scale)
+    )
     start = _convex_start(records, shape, linear)
     lead = lead_time(linear.mass, 0.5 * linear.damping)
     prior = (lambda p: _RIDGE * p[3:]) if position_dependent else None
     low = shape.lower()
-    return fit_output_error(shape.build, start, records, lead=lead, prior=prior, lower=low, evaluations=evaluations)
+    return fit_output_error(
+        shape.build, start, records, lead=lead, prior=prior, lower=low, evaluations=evaluations
+    )

@@ -3,7 +3,7 @@ r"""Oscillators with hysteresis: a mass on a spring, a damper and a hysteretic e
 .. math::  m y'' + c y' + k y + k_3 y^3 + h = u
 
 The force u goes in, the position y comes out; h remembers. Integrated in C by a Runge-Kutta scheme of order four that
-ends a step where the velocity changes its sign (engine/oscillator.h), `steps` times a sample.
+ends a step where the velocity changes its sign (packages/dehyst/engine/oscillator.h), `steps` times a sample.
 """
 
 from __future__ import annotations
@@ -18,11 +18,14 @@ import numpy.typing as npt
 from dehyst import _native
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError, RecordingError, SimulationError
-from dehyst.models.arrays import parameter_number, signal_array
+from dehyst.models._arrays import parameter_number, signal_array
 from oscillator.upsampling import finer, finer_periodic
 
 _NONE: Array = np.empty(0)
-_PERIODS, _STEADY_SAMPLES = 20, 1_000_000  # in which a steady state must be reached: the larger of both
+_PERIODS, _STEADY_SAMPLES = (
+    20,
+    1_000_000,
+)  # in which a steady state must be reached: the larger of both
 
 
 def sampling_time(time: npt.ArrayLike, samples: int) -> float:
@@ -69,7 +72,9 @@ class Oscillator(ABC):
     def _arguments(self) -> tuple[Array, Array, Array, Array, Array, Array, Array]:
         """(m, c, k, k3), law of Bouc and Wen, slopes, their grid, thresholds, weights, weights of y^2."""
 
-    def simulate(self, force: npt.ArrayLike, time: npt.ArrayLike, *, periodic: bool = False, steps: int = 4) -> Array:
+    def simulate(
+        self, force: npt.ArrayLike, time: npt.ArrayLike, *, periodic: bool = False, steps: int = 4
+    ) -> Array:
         """Return the positions y (T,) [m] that answer a force (T,) [N].
 
         Parameters
@@ -94,17 +99,26 @@ class Oscillator(ABC):
         """
         return self.motion(force, time, periodic=periodic, steps=steps).position
 
-    def motion(self, force: npt.ArrayLike, time: npt.ArrayLike, *, periodic: bool = False, steps: int = 4) -> Motion:
+    def motion(
+        self, force: npt.ArrayLike, time: npt.ArrayLike, *, periodic: bool = False, steps: int = 4
+    ) -> Motion:
         """Return positions, velocities and hysteretic forces; parameters and errors as in :meth:`simulate`."""
         u = signal_array(force, "force")
         dt = sampling_time(time, u.size)
         if not np.isfinite(u).all():
             bad = int(np.flatnonzero(~np.isfinite(u))[0])
-            raise RecordingError(f"force[{bad}] = {u[bad]} is not a number; repair or drop that sample.", index=bad)
+            raise RecordingError(
+                f"force[{bad}] = {u[bad]} is not a number; repair or drop that sample.", index=bad
+            )
         if steps < 1:
-            raise ParameterError(f"steps = {steps}: at least one step of integration a sample is needed.", steps=steps)
+            raise ParameterError(
+                f"steps = {steps}: at least one step of integration a sample is needed.",
+                steps=steps,
+            )
         grid = finer_periodic(u, 2 * steps) if periodic else finer(u, 2 * steps)
-        rows = self._steady(grid, steps, dt) if periodic else self.run(grid, steps, dt, self.rest())[0]
+        rows = (
+            self._steady(grid, steps, dt) if periodic else self.run(grid, steps, dt, self.rest())[0]
+        )
         return Motion(*(np.ascontiguousarray(rows[:, j]) for j in range(3)))
 
     def rest(self) -> Array:
@@ -132,7 +146,10 @@ class Oscillator(ABC):
         periods = max(_PERIODS, _STEADY_SAMPLES * steps // grid.size)
         for _ in range(periods):
             rows, state = self.run(closed, steps, dt, state)
-            if before is not None and np.abs(rows - before)[:, 0].max() <= 1e-9 * np.abs(rows[:, 0]).max():
+            if (
+                before is not None
+                and np.abs(rows - before)[:, 0].max() <= 1e-9 * np.abs(rows[:, 0]).max()
+            ):
                 return rows[:-1]
             before = rows
         raise SimulationError(
@@ -188,7 +205,15 @@ class BoucWenOscillator(Oscillator):
 
     def _arguments(self) -> tuple[Array, Array, Array, Array, Array, Array, Array]:
         law = np.array([self.alpha, self.beta, self.gamma, self.delta, self.nu])
-        return np.array([self.mass, self.damping, self.stiffness, 0.0]), law, _NONE, _NONE, _NONE, _NONE, _NONE
+        return (
+            np.array([self.mass, self.damping, self.stiffness, 0.0]),
+            law,
+            _NONE,
+            _NONE,
+            _NONE,
+            _NONE,
+            _NONE,
+        )
 
 
 @dataclass(frozen=True)
@@ -239,7 +264,10 @@ class HystereticOscillator(Oscillator):
         for name in ("mass", "damping", "stiffness", "cubic", "slope_range"):
             object.__setattr__(self, name, parameter_number(getattr(self, name), name))
         for name in ("thresholds", "weights", "square_weights", "slopes"):
-            values = tuple(parameter_number(value, f"{name}[{j}]") for j, value in enumerate(getattr(self, name)))
+            values = tuple(
+                parameter_number(value, f"{name}[{j}]")
+                for j, value in enumerate(getattr(self, name))
+            )
             object.__setattr__(self, name, values)
         if not self.square_weights:
             object.__setattr__(self, "square_weights", (0.0,) * len(self.weights))
@@ -247,7 +275,10 @@ class HystereticOscillator(Oscillator):
             _positive(name, getattr(self, name))
         for j, threshold in enumerate(self.thresholds):
             _positive(f"thresholds[{j}]", threshold)
-        if not len(self.thresholds) == len(self.weights) == len(self.square_weights) or len(self.slopes) == 1:
+        if (
+            not len(self.thresholds) == len(self.weights) == len(self.square_weights)
+            or len(self.slopes) == 1
+        ):
             raise ParameterError(
                 f"{len(self.thresholds)} thresholds, {len(self.weights)} weights, {len(self.square_weights)} weights "
                 f"of the square and {len(self.slopes)} slopes: give one weight a threshold, and no slope or two."
@@ -268,4 +299,6 @@ class HystereticOscillator(Oscillator):
 
 def _positive(name: str, value: float) -> None:
     if not value > 0:
-        raise ParameterError(f"{name} = {value:g} must be positive: nothing would move as such an oscillator does.")
+        raise ParameterError(
+            f"{name} = {value:g} must be positive: nothing would move as such an oscillator does."
+        )

@@ -98,12 +98,18 @@ def fit_output_error(
         The simulation fails at the start itself.
     """
     simulated = [SteadyState(record, lead) for record in records]
-    scales = [record.noise if record.noise > 0 else 1e-3 * float(record.output.std()) for record in records]
+    scales = [
+        record.noise if record.noise > 0 else 1e-3 * float(record.output.std())
+        for record in records
+    ]
 
     def residuals(p: Array) -> Array:
         try:
             oscillator = build(p)
-            errors = [run(oscillator)[0] - record.output for run, record in zip(simulated, records, strict=True)]
+            errors = [
+                run(oscillator)[0] - record.output
+                for run, record in zip(simulated, records, strict=True)
+            ]
             parts = [error / scale for error, scale in zip(errors, scales, strict=True)]
         except (SimulationError, ValueError):
             return np.full(sum(record.output.size for record in records) + beliefs, 1e6)
@@ -114,18 +120,28 @@ def fit_output_error(
     first = np.maximum(first, low + 1e-6)  # strictly inside, as the optimiser wants it
     beliefs = prior(first).size if prior else 0
     if (begin := residuals(first))[0] == 1e6:
-        raise IdentificationError("the oscillator cannot be simulated at the start of its fit: give another one.")
+        raise IdentificationError(
+            "the oscillator cannot be simulated at the start of its fit: give another one."
+        )
     scale = np.maximum(np.abs(first), 0.1)
     limits = (low, np.full(first.size, np.inf))
-    found = least_squares(residuals, first, x_scale=scale, bounds=limits, max_nfev=evaluations, xtol=1e-10, ftol=1e-10)
+    found = least_squares(
+        residuals, first, x_scale=scale, bounds=limits, max_nfev=evaluations, xtol=1e-10, ftol=1e-10
+    )
     rows = begin.size - beliefs
     variance = float(found.fun[:rows] @ found.fun[:rows]) / max(rows - first.size, 1)
-    errors = np.concatenate([found.fun[k : k + r.output.size] * s for k, r, s in _places(records, scales)])
+    errors = np.concatenate(
+        [found.fun[k : k + r.output.size] * s for k, r, s in _places(records, scales)]
+    )
     covariance = np.linalg.pinv(found.jac.T @ found.jac) * variance
-    return OutputErrorFit(build(found.x), found.x, covariance, float(np.sqrt(np.mean(errors**2))), int(found.nfev))
+    return OutputErrorFit(
+        build(found.x), found.x, covariance, float(np.sqrt(np.mean(errors**2))), int(found.nfev)
+    )
 
 
-def _places(records: Sequence[PeriodicRecord], scales: Sequence[float]) -> list[tuple[int, PeriodicRecord, float]]:
+def _places(
+    records: Sequence[PeriodicRecord], scales: Sequence[float]
+) -> list[tuple[int, PeriodicRecord, float]]:
     """First row of each record among the residuals, the record, its scale."""
     ends = np.cumsum([record.output.size for record in records]).tolist()
     return list(zip([0, *ends[:-1]], records, scales, strict=True))

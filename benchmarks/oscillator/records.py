@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from dehyst.arrays import Array
 from dehyst.errors import RecordingError
-from dehyst.models.arrays import signal_array
+from dehyst.models._arrays import signal_array
 
 
 @dataclass(frozen=True)
@@ -74,12 +74,19 @@ def average_periods(
             f"force has {u.size} values, output {y.size}, a period {period}, of which {skip} are skipped: no whole "
             f"period is left in both. Record more periods, or correct `period`."
         )
-    forces, outputs = (signal[skip * period : (skip + count) * period].reshape(count, period) for signal in (u, y))
+    forces, outputs = (
+        signal[skip * period : (skip + count) * period].reshape(count, period) for signal in (u, y)
+    )
     if not (np.isfinite(forces).all() and np.isfinite(outputs).all()):
-        raise RecordingError("force or output is not finite somewhere: repair the record before averaging it.")
+        raise RecordingError(
+            "force or output is not finite somewhere: repair the record before averaging it."
+        )
     if np.abs(forces - forces[0]).max() > 1e-6 * np.abs(forces).max():
         raise RecordingError(
-            f"the force does not repeat after {period} samples; averaging would smear it.", period=period
+            f"the force does not repeat after {period} samples; averaging would smear it.",
+            period=period,
         )
-    between = float(np.sqrt(outputs.var(axis=0, ddof=1).mean() / count)) if count > 1 else float("nan")
+    between = (
+        float(np.sqrt(outputs.var(axis=0, ddof=1).mean() / count)) if count > 1 else float("nan")
+    )
     return PeriodicRecord(forces.mean(axis=0), outputs.mean(axis=0), sampling_time, between)

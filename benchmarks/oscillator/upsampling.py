@@ -24,7 +24,9 @@ def finer_periodic(values: Array, factor: int) -> Array:
     """
     spectrum = np.fft.rfft(values)
     if values.size % 2 == 0:
-        spectrum[-1] *= 0.5  # half of it belongs to the negative frequency, which the finer grid tells apart
+        spectrum[-1] *= (
+            0.5  # half of it belongs to the negative frequency, which the finer grid tells apart
+        )
     finer: Array = np.fft.irfft(spectrum, values.size * factor) * factor
     return finer
 

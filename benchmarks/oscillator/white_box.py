@@ -73,15 +73,21 @@ def identify_bouc_wen(
     def physical(p: Array) -> Array:
         power = float(p[6]) if nu is None else nu
         unit = linear.stiffness / load**power
-        scale = np.array([linear.mass, linear.damping, linear.stiffness, linear.stiffness, unit, unit, 1.0])
+        scale = np.array(
+            [linear.mass, linear.damping, linear.stiffness, linear.stiffness, unit, unit, 1.0]
+        )
         scaled: Array = p * scale[:count]
         return scaled
 
     def build(p: Array) -> BoucWenOscillator:
         mass, damping, stiffness, alpha, gamma, delta, *rest = physical(p)
-        return BoucWenOscillator(mass, damping, stiffness, alpha, 1.0, gamma, delta, rest[0] if rest else nu or 1.0)
+        return BoucWenOscillator(
+            mass, damping, stiffness, alpha, 1.0, gamma, delta, rest[0] if rest else nu or 1.0
+        )
 
-    fit = fit_output_error(build, start[:count], records, lead=lead_time(linear.mass, 0.25 * linear.damping))
+    fit = fit_output_error(
+        build, start[:count], records, lead=lead_time(linear.mass, 0.25 * linear.damping)
+    )
     slope = _derivative(physical, fit.parameters)
     covariance = slope @ fit.covariance @ slope.T
     errors = np.sqrt(np.diag(covariance))

@@ -19,9 +19,15 @@ def run(samples: int, figures: Figures) -> None:
     against_the_definition(samples, figures)
     for n in (100, 1000, 10_000):
         r, w = operator(n)
-        figures.add(f"inverse round trip, gain {1 / w[0]:.0f}, n = {n}", "noisy", round_trip(samples // 10, r, w))
+        figures.add(
+            f"inverse round trip, gain {1 / w[0]:.0f}, n = {n}",
+            "noisy",
+            round_trip(samples // 10, r, w),
+        )
         w[0] = 0.5
-        figures.add(f"inverse round trip, gain 2, n = {n}", "noisy", round_trip(samples // 10, r, w))
+        figures.add(
+            f"inverse round trip, gain 2, n = {n}", "noisy", round_trip(samples // 10, r, w)
+        )
     for n in (100, 1000):
         figures.add(f"weights of an exact model, n = {n}", DATA, exact_weights(n))
 
@@ -36,7 +42,9 @@ def against_the_definition(samples: int, figures: Figures, n: int = 100) -> None
         figures.add(f"evaluation - dense definition, n = {n}", signal, differs.max())
         part = samples // 100
         first = max(float(differs[:part].max()), np.finfo(float).eps)
-        figures.add("the same, last over first hundredth", signal, float(differs[-part:].max()) / first)
+        figures.add(
+            "the same, last over first hundredth", signal, float(differs[-part:].max()) / first
+        )
 
 
 def round_trip(samples: int, r: Array, w: Array) -> float:

@@ -128,7 +128,9 @@ def _qpoases(n: int) -> Any:
     dense = casadi.Sparsity.dense(n, n)
     options = {"printLevel": "none", "terminationTolerance": 1e-14, "nWSR": 10_000}
     with silence():  # its banner would stand in the JSON
-        solver = casadi.conic("dehyst", "qpoases", {"h": dense, "a": casadi.Sparsity(0, n)}, options)
+        solver = casadi.conic(
+            "dehyst", "qpoases", {"h": dense, "a": casadi.Sparsity(0, n)}, options
+        )
         solver(h=np.eye(n), g=-np.ones(n), lbx=0.0)
     return solver
 
@@ -157,4 +159,7 @@ PROGRAM_SOLVERS: dict[str, tuple[str, Callable[[Array, Array], Array]]] = {
 
 def solvers() -> dict[str, Callable[[Array, Array], Array] | None]:
     """Name -> w = solve(G, b), the minimum of w'Gw/2 - b'w over w >= 0; None if it is not installed."""
-    return {name: solve if find_spec(package) else None for name, (package, solve) in PROGRAM_SOLVERS.items()}
+    return {
+        name: solve if find_spec(package) else None
+        for name, (package, solve) in PROGRAM_SOLVERS.items()
+    }

@@ -13,7 +13,15 @@ from startup import write_big_log
 
 from .figures import Figures
 
-SIGNALS = ("--input", "pressure_difference_bar", "--output", "angle_deg", "--time", "time_s", "--json")
+SIGNALS = (
+    "--input",
+    "pressure_difference_bar",
+    "--output",
+    "angle_deg",
+    "--time",
+    "time_s",
+    "--json",
+)
 READING = "import pandas, sys; pandas.read_csv(sys.argv[1])"
 AUTO, COMPARE, FORMER, PANDAS = "identify", "compare", "identify --family pi", "reading with pandas"
 LOG = "example log"
@@ -46,6 +54,10 @@ def commands(log: str) -> dict[str, list[str]]:
 def seconds(command: list[str]) -> float:
     """Processor time of a process and of all its threads. [s]"""
     before = os.times()
-    subprocess.run(command, check=True, capture_output=True, env={**os.environ, "OMP_NUM_THREADS": "1"})
+    subprocess.run(
+        command, check=True, capture_output=True, env={**os.environ, "OMP_NUM_THREADS": "1"}
+    )
     after = os.times()
-    return after.children_user + after.children_system - before.children_user - before.children_system
+    return (
+        after.children_user + after.children_system - before.children_user - before.children_system
+    )

@@ -50,7 +50,9 @@ def program(sums: Array) -> Program:
 def solve(p: Program, passive: Mask | None = None) -> tuple[Array, Mask]:
     """Weights w >= 0, and which of them are off their bound."""
     n = p.b.size
-    u, passive, *_ = _native.solve_bounded(p.g, p.b, np.zeros(n), 0, n, _native.WEIGHTS, None, None, passive, p.length)
+    u, passive, *_ = _native.solve_bounded(
+        p.g, p.b, np.zeros(n), 0, n, _native.WEIGHTS, None, None, passive, p.length
+    )
     return u, passive
 
 

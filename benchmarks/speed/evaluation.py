@@ -26,8 +26,12 @@ def run(samples: int, rounds: int, figures: Figures, quick: bool) -> None:
             times = measure(works, rounds)
             figures.times(f"evaluation, n = {n}", signal, times)
             figures.ratio(f"evaluation / memcpy, n = {n}", signal, times, "engine", "memcpy")
-            figures.ratio(f"evaluation / dense SIMD, n = {n}", signal, times, "engine", "engine, dense")
-            figures.ratio(f"numpy loop / evaluation, n = {n}", signal, times, "numpy loop", "engine")
+            figures.ratio(
+                f"evaluation / dense SIMD, n = {n}", signal, times, "engine", "engine, dense"
+            )
+            figures.ratio(
+                f"numpy loop / evaluation, n = {n}", signal, times, "numpy loop", "engine"
+            )
             figures.ratio(f"numba / evaluation, n = {n}", signal, times, "numba", "engine")
 
 
@@ -57,8 +61,12 @@ def everything(x: Array, out: Array, n: int) -> dict[str, Work | None]:
     return {
         "memcpy": first["memcpy"],
         "engine": first["engine"],
-        "engine, events only": Work(lambda: engine.evaluator(r, w, engine.EVENTS).run(x, out), x.size),
-        "engine, dense": Work(lambda: engine.evaluator(r, w, engine.DENSE).run(dense, out[: dense.size]), dense.size),
+        "engine, events only": Work(
+            lambda: engine.evaluator(r, w, engine.EVENTS).run(x, out), x.size
+        ),
+        "engine, dense": Work(
+            lambda: engine.evaluator(r, w, engine.DENSE).run(dense, out[: dense.size]), dense.size
+        ),
         "model.simulate": Work(lambda: model.simulate(x), x.size),
         "core, dense": Work(lambda: alternatives.core_dense(core, r, w), core.size),
         "numba": Work(lambda: numba(core, r, w), core.size) if numba else None,

@@ -43,7 +43,11 @@ class Times:
     def as_dict(self) -> dict[str, dict[str, float]]:
         """Name -> samples, ns per sample, repetitions."""
         return {
-            name: {"samples": self.samples[name], "ns": float(f"{self.per_sample(name):.4g}"), "runs": len(runs)}
+            name: {
+                "samples": self.samples[name],
+                "ns": float(f"{self.per_sample(name):.4g}"),
+                "runs": len(runs),
+            }
             for name, runs in self.seconds.items()
         }
 

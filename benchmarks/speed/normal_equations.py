@@ -24,8 +24,12 @@ def run(samples: int, rounds: int, figures: Figures, quick: bool) -> None:
             times = measure(works(x, y, n), rounds)
             figures.times(f"normal equations, n = {n}", signal, times)
             read = "read x and y"
-            figures.ratio(f"normal equations / reading x and y, n = {n}", signal, times, "engine", read)
-            figures.ratio(f"chunked BLAS / normal equations, n = {n}", signal, times, "chunked BLAS", "engine")
+            figures.ratio(
+                f"normal equations / reading x and y, n = {n}", signal, times, "engine", read
+            )
+            figures.ratio(
+                f"chunked BLAS / normal equations, n = {n}", signal, times, "chunked BLAS", "engine"
+            )
         if signal in ("smooth", "noisy"):
             data_to_weights(x[:SCRIPT_SAMPLES], signal, rounds, figures)
 

@@ -21,7 +21,9 @@ def run(rounds: int, figures: Figures) -> None:
     r, w = operator(1)
     x, out = np.zeros(8), np.zeros(8)
     batch = engine.evaluator(r, w).run
-    figures.add("overhead of a batch call [ns]", "", 1e9 * each(lambda: batch(x, out), CALLS // 10, rounds))
+    figures.add(
+        "overhead of a batch call [ns]", "", 1e9 * each(lambda: batch(x, out), CALLS // 10, rounds)
+    )
     figures.add("overhead of a step [ns]", "", 1e9 * step(rounds))
 
 

@@ -61,5 +61,8 @@ def works(posed: engine.Program, others: Mapping[str, Solver | None]) -> dict[st
         "engine": Work(lambda: engine.solve(posed), 1),
         "engine, warm start": Work(lambda: engine.solve(posed, passive), 1),
         "scipy nnls": Work(lambda: alternatives.solve_nnls(factor, right), 1),
-        **{name: Work(partial(solve, g_w, b_w), 1) if solve else None for name, solve in others.items()},
+        **{
+            name: Work(partial(solve, g_w, b_w), 1) if solve else None
+            for name, solve in others.items()
+        },
     }

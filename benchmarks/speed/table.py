@@ -15,7 +15,10 @@ def head(result: Mapping[str, Any]) -> list[str]:
     """Machine, versions, and how it was measured."""
     lines = [", ".join(f"{key} {value}" for key, value in result["machine"].items())]
     what = f"{result['samples']:g} samples, processor time of one thread, best of {result['rounds']} interleaved runs"
-    return [*lines, what + (", short form: a quarter of each ratio is asked for" if result["quick"] else "")]
+    return [
+        *lines,
+        what + (", short form: a quarter of each ratio is asked for" if result["quick"] else ""),
+    ]
 
 
 def groups(result: Mapping[str, Any]) -> dict[str, tuple[str, list[str], dict[str, list[str]]]]:
@@ -28,7 +31,8 @@ def groups(result: Mapping[str, Any]) -> dict[str, tuple[str, list[str], dict[st
         unit, scale = ("ms", 1e-6) if group.startswith("quadratic") else ("ns/sample", 1.0)
         names = dict.fromkeys(name for methods in signals.values() for name in methods)
         rows = {
-            name: [number(scale * of[name]["ns"]) if name in of else "-" for of in signals.values()] for name in names
+            name: [number(scale * of[name]["ns"]) if name in of else "-" for of in signals.values()]
+            for name in names
         }
         tables[group] = (unit, list(signals), rows)
     return tables

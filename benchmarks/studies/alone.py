@@ -12,15 +12,13 @@ import numpy.typing as npt
 
 from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse
-from dehyst.robot.arm.arm import Arm
-from dehyst.robot.arm.parameters import Robot
-from dehyst.robot.arm.runs import ArmLog, Reference
-from dehyst.robot.control import SWITCHES, Adaptation
-from dehyst.robot.experiments.calibration import calibrate, controller_parameters, home, home_and_learn, refuse_failed
-from dehyst.robot.experiments.identification import identify_joint
-from dehyst.robot.experiments.path import PlannedPath
-from dehyst.robot.experiments.results import Characteristic
-from dehyst.robot.experiments.trials import SLOW, trial_motion
+from dehyst_robot.arm import Arm, ArmLog, Reference, Robot
+from dehyst_robot.control import SWITCHES, Adaptation
+from dehyst_robot.experiments import calibrate, controller_parameters, home, identify_joint
+from dehyst_robot.experiments._calibration import home_and_learn, refuse_failed
+from dehyst_robot.experiments._path import PlannedPath
+from dehyst_robot.experiments._results import Characteristic
+from dehyst_robot.experiments._trials import SLOW, trial_motion
 
 Array = npt.NDArray[np.float64]
 
@@ -65,7 +63,10 @@ class Alone:
 
     def with_changes(self, **changes: object) -> Alone:
         """Return the same joint on a changed robot, keys with __ for their dots: ``hysteresis__scale=0.5``."""
-        return replace(self, robot=self.robot.with_changes({k.replace("__", "."): v for k, v in changes.items()}))
+        return replace(
+            self,
+            robot=self.robot.with_changes({k.replace("__", "."): v for k, v in changes.items()}),
+        )
 
     def arm(self) -> Arm:
         """Return the joint with its controller, at rest."""
@@ -155,8 +156,12 @@ def follow(
     motion = trial_motion(joint.robot, joint.path, trial)
     column = [joint.number - 1]
     spacing = KNOT_S[slow]
-    times: Array = np.asarray(spacing * np.arange(int(np.ceil(passes * motion.duration / spacing)) + 1))
-    angle, velocity, acceleration = (values[:, column] for values in joint.path.motion(motion, times))
+    times: Array = np.asarray(
+        spacing * np.arange(int(np.ceil(passes * motion.duration / spacing)) + 1)
+    )
+    angle, velocity, acceleration = (
+        values[:, column] for values in joint.path.motion(motion, times)
+    )
     start = to_start(arm, angle[0])
     arm.run(Reference.motion(0.01, start, arm.feedforward(*start), mean, on), every_s=1.0)
     hung = np.zeros((times.size, 1)) if push is None else push(times)[:, None]
@@ -187,7 +192,9 @@ def to_start(arm: Arm, goal: Array) -> tuple[Array, Array, Array]:
     )
 
 
-def smooth_push(at: float, lasting: float = 15.0, size: float = 5.0, edge: float = 1.0) -> Callable[[Array], Array]:
+def smooth_push(
+    at: float, lasting: float = 15.0, size: float = 5.0, edge: float = 1.0
+) -> Callable[[Array], Array]:
     """A push from a time on [s], with smooth edges. [Nm]
 
     Examples
@@ -215,7 +222,11 @@ def identified_alone(
     """
     characteristic = calibrate(robot, number, seed=seed)
     with tempfile.TemporaryDirectory() as folder:
-        found = identify_joint(robot, number, characteristic, Path(folder), compensator=compensator, seed=seed)
+        found = identify_joint(
+            robot, number, characteristic, Path(folder), compensator=compensator, seed=seed
+        )
     if found.direct is None:
-        raise ParameterError(f"'{compensator}' is no direct inverse. Type compensator='creep'.", name=compensator)
+        raise ParameterError(
+            f"'{compensator}' is no direct inverse. Type compensator='creep'.", name=compensator
+        )
     return Alone(robot, path, characteristic, found.direct.pruned(), Adaptation(), number, seed)

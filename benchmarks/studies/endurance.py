@@ -9,11 +9,11 @@ import numpy.typing as npt
 
 from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse
-from dehyst.robot.arm.arm import Arm
-from dehyst.robot.arm.runs import FAULTS, Reference
-from dehyst.robot.control import FLAGS, Adaptation
-from dehyst.robot.experiments.calibration import home_and_learn
-from dehyst.robot.experiments.results import Characteristic
+from dehyst_robot.arm import Arm, Reference
+from dehyst_robot.arm._runs import FAULTS
+from dehyst_robot.control import FLAGS, Adaptation
+from dehyst_robot.experiments._calibration import home_and_learn
+from dehyst_robot.experiments._results import Characteristic
 from studies.alone import ADAPT, COMPENSATOR, DISTURBANCE, INTEGRATOR, POSITION, Alone
 
 Array = npt.NDArray[np.float64]
@@ -21,7 +21,9 @@ Array = npt.NDArray[np.float64]
 SPACING = 0.01
 PIECE_S = 50.0
 MEANS = (2e5, 4e5)  # of the mean pressure [Pa]
-LARGEST_S = 0.3  # of a fault; longer than the controller holds a lost reading, so that it fails safe
+LARGEST_S = (
+    0.3  # of a fault; longer than the controller holds a lost reading, so that it fails safe
+)
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,9 @@ def endure(joint: Alone, seconds: float, seed: int = 0) -> Endured:
         If the joint has no direct inverse.
     """
     if joint.model is None:
-        raise ParameterError("without a direct inverse nothing is learned: pass Alone(..., model=...).")
+        raise ParameterError(
+            "without a direct inverse nothing is learned: pass Alone(..., model=...)."
+        )
     draw = np.random.default_rng(seed)
     arm = joint.arm()
     home_and_learn(arm, {joint.number: joint.characteristic})
@@ -116,7 +120,9 @@ def _piece(joint: Alone, arm: Arm, draw: np.random.Generator) -> tuple[Reference
     motion = _strokes(t, float(arm.encoder_angles[0]), reach, draw)
     on = POSITION | COMPENSATOR | ADAPT
     on |= (INTEGRATOR if draw.random() < 0.5 else 0) | (DISTURBANCE if draw.random() < 0.5 else 0)
-    hung = draw.choice([0.0, 0.0, 8.0, -8.0]) * np.clip((t - 5.0) / draw.choice([1e-6, 2.0]), 0.0, 1.0)
+    hung = draw.choice([0.0, 0.0, 8.0, -8.0]) * np.clip(
+        (t - 5.0) / draw.choice([1e-6, 2.0]), 0.0, 1.0
+    )
     at, lasting = draw.uniform(5.0, 35.0), draw.uniform(1.0, 15.0)
     hung = hung + draw.uniform(-10.0, 10.0) * ((t > at) & (t < at + lasting))
     switches = np.full((t.size, 1), on, np.uint32)
@@ -124,12 +130,16 @@ def _piece(joint: Alone, arm: Arm, draw: np.random.Generator) -> tuple[Reference
     for _ in range(number):
         k, length = int(draw.integers(t.size)), max(1, int(draw.uniform(0.0, LARGEST_S) / SPACING))
         switches[k : k + length] |= np.uint32(draw.choice(list(FAULTS.values())))
-    reference = Reference.motion(SPACING, motion, arm.feedforward(*motion), 3e5, switches, hung=hung[:, None])
+    reference = Reference.motion(
+        SPACING, motion, arm.feedforward(*motion), 3e5, switches, hung=hung[:, None]
+    )
     reference.values[:, 0, 4] = np.interp(t, [0.0, 25.0, PIECE_S], draw.uniform(*MEANS, 3))
     return reference, number
 
 
-def _strokes(t: Array, start: float, reach: float, draw: np.random.Generator) -> tuple[Array, Array, Array]:
+def _strokes(
+    t: Array, start: float, reach: float, draw: np.random.Generator
+) -> tuple[Array, Array, Array]:
     """Strokes between random angles, from slow ones to some that no valve can follow, with rests; (K, 1) each."""
     angle, velocity, acceleration = np.full(t.shape, start), np.zeros(t.shape), np.zeros(t.shape)
     begin, last = 0.0, start

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.robot.arm.runs import Reference
-from dehyst.robot.experiments.calibration import controller_parameters, home
-from dehyst.robot.experiments.studies import STROKE_S, there_and_part_back
-from dehyst.robot.experiments.trials import trial_motion
+from dehyst_robot.arm import Reference
+from dehyst_robot.experiments import controller_parameters, home
+from dehyst_robot.experiments._studies import STROKE_S, there_and_part_back
+from dehyst_robot.experiments._trials import trial_motion
 from studies.alone import COMPENSATOR, INTEGRATOR, POSITION, Alone, rms, to_start
 
 Array = npt.NDArray[np.float64]
@@ -47,7 +47,9 @@ class Held:
         return float(np.polyfit(self.time[late], self.integrator[late], 1)[0])
 
 
-def hold(joint: Alone, switches: int = 0, *, integrator: bool = False, lasting: float = HOLD_S) -> Held:
+def hold(
+    joint: Alone, switches: int = 0, *, integrator: bool = False, lasting: float = HOLD_S
+) -> Held:
     """Go out to 18 degrees and part of the way back to 12, and hold there.
 
     Parameters
@@ -114,10 +116,13 @@ def _with_gain(joint: Alone, switches: int, gain: float) -> Gain:
     along = joint.path.motion(motion, times)
     first = to_start(arm, along[0][0, [joint.number - 1]])
     angle, velocity, acceleration = (
-        np.concatenate([a[:-1:2], b[:, [joint.number - 1]]]) for a, b in zip(first, along, strict=True)
+        np.concatenate([a[:-1:2], b[:, [joint.number - 1]]])
+        for a, b in zip(first, along, strict=True)
     )
     path = (angle, velocity, acceleration)
-    reference = Reference.motion(SLICE_S, path, arm.feedforward(*path), joint.robot.controller.mean_pressure, on)
+    reference = Reference.motion(
+        SLICE_S, path, arm.feedforward(*path), joint.robot.controller.mean_pressure, on
+    )
     integral, torque, error = 0.0, np.zeros(angle.size - 1), np.zeros(angle.size - 1)
     for k in range(angle.size - 1):
         integral += rate * float(angle[k, 0] - arm.encoder_angles[0])

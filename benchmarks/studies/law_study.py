@@ -11,11 +11,12 @@ import numpy as np
 
 from dehyst.arrays import rank
 from dehyst.errors import ParameterError, SimulationError
-from dehyst.robot.arm.parameters import Robot
-from dehyst.robot.control import SWITCHES, JointController, JointReference
-from dehyst.robot.control.reviewed import Law, VoMinhController
-from dehyst.robot.experiments.calibration import OBSERVER_RATIO
-from dehyst.robot.experiments.equipment import Equipment, under_controller
+from dehyst_robot.arm import Robot
+from dehyst_robot.control import SWITCHES, JointController, JointReference, Law
+from dehyst_robot.control._reviewed import VoMinhController
+from dehyst_robot.experiments import Equipment
+from dehyst_robot.experiments._calibration import OBSERVER_RATIO
+from dehyst_robot.experiments._equipment import under_controller
 from studies.side_by_side import Joint, errors
 
 FACTORS = (1.0, 2.0, 4.0, 6.0, 8.0)
@@ -34,11 +35,13 @@ class Rung:
     max_deg: float
 
 
-def with_factor(robot: Robot, equipment: Equipment, controller: str, factor: float) -> tuple[Robot, Equipment]:
+def with_factor(
+    robot: Robot, equipment: Equipment, controller: str, factor: float
+) -> tuple[Robot, Equipment]:
     """Return robot and equipment under a controller whose one tuning gain is multiplied.
 
     It is the pole of the error where the law has one (of the sliding mode the surface's and the observer's at once),
-    and both gains of Vo-Minh's PI. 1 is what `dehyst.robot.control.reviewed` derives.
+    and both gains of Vo-Minh's PI. 1 is what `dehyst_robot.control._reviewed` derives.
 
     Raises
     ------
@@ -46,7 +49,9 @@ def with_factor(robot: Robot, equipment: Equipment, controller: str, factor: flo
         If the factor is not positive.
     """
     if not (np.isfinite(factor) and factor > 0):
-        raise ParameterError(f"factor = {factor} of a gain must be a positive number; 1 is the derived one.")
+        raise ParameterError(
+            f"factor = {factor} of a gain must be a positive number; 1 is the derived one."
+        )
     if controller != VoMinhController.name:
         equipment = replace(
             equipment,
@@ -69,7 +74,9 @@ def with_factor(robot: Robot, equipment: Equipment, controller: str, factor: flo
     return robot, replace(equipment, laws=laws)
 
 
-def ladder(joint: Joint, controller: str, compensator: str, factors: Sequence[float] = FACTORS) -> tuple[Rung, ...]:
+def ladder(
+    joint: Joint, controller: str, compensator: str, factors: Sequence[float] = FACTORS
+) -> tuple[Rung, ...]:
     """Run the slow trial once for each factor of a controller's gain."""
     return tuple(_rung(joint, controller, compensator, factor) for factor in factors)
 
@@ -94,7 +101,9 @@ def _rung(joint: Joint, controller: str, compensator: str, factor: float) -> Run
     return Rung(factor, found["rms_deg"], found["max_deg"])
 
 
-def period_cost(joint: Joint, controller: str, compensator: str, ticks: int = TICKS, repeats: int = REPEATS) -> float:
+def period_cost(
+    joint: Joint, controller: str, compensator: str, ticks: int = TICKS, repeats: int = REPEATS
+) -> float:
     """Return the time of one control period in C: sensors, law, compensator, both pressure loops. [ns]
 
     The median of repeats along a desired sine with an encoder's noise: processor time of one thread.
@@ -102,16 +111,27 @@ def period_cost(joint: Joint, controller: str, compensator: str, ticks: int = TI
     _, equipment = under_controller(joint.robot, joint.equipped(compensator), controller)
     number = joint.number
     told = equipment.controllers[number]
-    one = JointController(told, equipment.compensators.get(number), law=cast(Law | None, equipment.laws.get(number)))
+    one = JointController(
+        told, equipment.compensators.get(number), law=cast(Law | None, equipment.laws.get(number))
+    )
     t = told.period * np.arange(ticks)
     q = 0.3 * np.sin(t)
     noise = told.angle_step * np.random.default_rng(0).integers(-1, 2, ticks)
     mean = joint.robot.controller.mean_pressure
     zero = np.zeros(ticks)
     names = [entry.name for entry in fields(JointReference)]
-    columns = {"angle": q, "velocity": 0.3 * np.cos(t), "acceleration": -q, "mean_pressure": zero + mean}
+    columns = {
+        "angle": q,
+        "velocity": 0.3 * np.cos(t),
+        "acceleration": -q,
+        "mean_pressure": zero + mean,
+    }
     reference = np.stack([columns.get(name, zero) for name in names], axis=1)
-    on = SWITCHES["position"] | SWITCHES["integrator"] | (SWITCHES["compensator"] if compensator else 0)
+    on = (
+        SWITCHES["position"]
+        | SWITCHES["integrator"]
+        | (SWITCHES["compensator"] if compensator else 0)
+    )
     switches = np.full(ticks, on)
     pressure = mean + 1e4 * np.sin(3 * t)
     spent = []

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dehyst.robot.control import Adaptation
-from dehyst.robot.experiments.results import TRIALS
+from dehyst_robot.control import Adaptation
+from dehyst_robot.experiments._results import TRIALS
 from studies.alone import ADAPT, DISTURBANCE, Alone, follow, rms, smooth_push
 from studies.endurance import endure
 from studies.hold import hold
@@ -64,16 +64,25 @@ def cold_start(joint: Alone, told: Alone | None = None, name: str = "") -> Itera
         off, on = follow(without(plant), trial, passes=2), follow(plant, trial, ADAPT, passes=2)
         for k, limit in ((0, None), (1, most)):
             ratio = on.figures(k)[0] / off.figures(k)[0]
-            yield Figure(f"cold start{name}, hysteresis x0.5, {trial}, pass {k + 1}, rms on/off", ratio, limit)
+            yield Figure(
+                f"cold start{name}, hysteresis x0.5, {trial}, pass {k + 1}, rms on/off",
+                ratio,
+                limit,
+            )
         homed = follow(plant, trial, ADAPT, learn_homing=True).figures()[0] / off.figures(0)[0]
-        yield Figure(f"cold start{name}, hysteresis x0.5, {trial}, learned from homing, pass 1", homed, most)
+        yield Figure(
+            f"cold start{name}, hysteresis x0.5, {trial}, learned from homing, pass 1", homed, most
+        )
 
 
 def no_hysteresis(joint: Alone) -> Iterator[Figure]:
     """A plant without any, identified there, the contact torque fed back; the limit is that with noise."""
     for trial in TRIALS:
         off = follow(without(joint), trial).figures()
-        for how, switches, most in (("", ADAPT, None), (", contact fed back", ADAPT | DISTURBANCE, 1.02)):
+        for how, switches, most in (
+            ("", ADAPT, None),
+            (", contact fed back", ADAPT | DISTURBANCE, 1.02),
+        ):
             on = follow(joint, trial, switches, learn_homing=True).figures()
             for what, a, b in zip(("rms", "max"), on, off, strict=True):
                 yield Figure(f"no hysteresis{how}, {trial}, {what} on/off", a / b, most)
@@ -107,11 +116,15 @@ def holding(joint: Alone) -> Iterator[Figure]:
         ("compensator, learning, feedback of contact", joint, DISTURBANCE | ADAPT, 0.1),
     ):
         yield Figure(
-            f"hold 3 min without integrator, {name}, max [deg]", float(np.abs(hold(one, switches).error).max()), most
+            f"hold 3 min without integrator, {name}, max [deg]",
+            float(np.abs(hold(one, switches).error).max()),
+            most,
         )
     for name, one in (("off", without(joint)), ("compensator", joint)):
         rest = hold(one, integrator=True)
-        yield Figure(f"hold 3 min with integrator, {name}, its torque [Nm]", float(rest.integrator[0]))
+        yield Figure(
+            f"hold 3 min with integrator, {name}, its torque [Nm]", float(rest.integrator[0])
+        )
         yield Figure(f"hold 3 min with integrator, {name}, its drift [mNm/s]", 1e3 * rest.drift)
 
 
@@ -119,9 +132,17 @@ def endurance(joint: Alone, seconds: float = 10_000.0) -> Iterator[Figure]:
     """Hours of faults: bounds at every period."""
     adaptation = joint.adaptation or Adaptation()
     seen = endure(joint, seconds)
-    yield Figure(f"{seconds:g} s with {seen.faults} faults: -lowest scale", -seen.lowest, -adaptation.lowest)
-    yield Figure(f"{seconds:g} s with {seen.faults} faults: highest scale", seen.highest, adaptation.highest)
-    yield Figure(f"{seconds:g} s, {seen.failed} safe failures: |offset| [Nm]", seen.offset, adaptation.offset_limit)
+    yield Figure(
+        f"{seconds:g} s with {seen.faults} faults: -lowest scale", -seen.lowest, -adaptation.lowest
+    )
+    yield Figure(
+        f"{seconds:g} s with {seen.faults} faults: highest scale", seen.highest, adaptation.highest
+    )
+    yield Figure(
+        f"{seconds:g} s, {seen.failed} safe failures: |offset| [Nm]",
+        seen.offset,
+        adaptation.offset_limit,
+    )
     yield Figure(f"{seconds:g} s: -slope of the compensated map [bar/rad]", -1e-5 * seen.slope, 0.0)
     yield Figure(f"{seconds:g} s: values that are not finite", float(not seen.finite), 0.0)
 

@@ -13,32 +13,54 @@ from typing import cast
 import numpy as np
 import numpy.typing as npt
 
+from dehyst import identify
 from dehyst.arrays import rank
-from dehyst.data.recording import Recording
+from dehyst.data import Recording
 from dehyst.errors import DehystError, ParameterError
-from dehyst.families import identify_family, names
-from dehyst.families.bouc_wen import BoucWen
-from dehyst.families.registry import title_of
-from dehyst.identification import identify
+from dehyst.families import names, title_of
+from dehyst.families._bouc_wen import BoucWen
 from dehyst.models import Model
-from dehyst.robot.arm.mechanisms import MechanismFactory
-from dehyst.robot.arm.parameters import Robot, load_robot
-from dehyst.robot.control import Compensator, LoopCompensator, ModelMechanism
-from dehyst.robot.experiments.calibration import BAR, calibrate
-from dehyst.robot.experiments.equipment import Equipment, equip
-from dehyst.robot.experiments.identification import HYSTERESIS, INPUT, OUTPUT, TIME, identify_compensators
-from dehyst.robot.experiments.output import joint_figures
-from dehyst.robot.experiments.path import PlannedPath, plan_path
-from dehyst.robot.experiments.recipes import recipe
-from dehyst.robot.experiments.results import Characteristic, JointIdentification
-from dehyst.robot.experiments.trials import run_trial
+from dehyst_robot.arm import MechanismFactory, Robot, load_robot
+from dehyst_robot.control import Compensator, LoopCompensator, ModelMechanism
+from dehyst_robot.experiments import (
+    Equipment,
+    JointIdentification,
+    calibrate,
+    equip,
+    plan_path,
+    run_trial,
+)
+from dehyst_robot.experiments._calibration import BAR
+from dehyst_robot.experiments._identification import (
+    HYSTERESIS,
+    INPUT,
+    OUTPUT,
+    TIME,
+    identify_compensators,
+)
+from dehyst_robot.experiments._output import joint_figures
+from dehyst_robot.experiments._path import PlannedPath
+from dehyst_robot.experiments._recipes import recipe
+from dehyst_robot.experiments._results import Characteristic
 
 Array = npt.NDArray[np.float64]
 
 INVERTED, AS_IT_IS = "inverted", "as it is"
-OF_IDENTIFY = ("pi", "pi-cumulative", "modified-pi", "stop")  # families of `dehyst.identify`; the rest has its own room
-NATIVE = ("paper", "maxwell-slip", "direct", "creep")  # recipes that run in the joint's controller, period by period
-SIZES: Mapping[int, float] = MappingProxyType({1: 80.0, 2: 80.0, 4: 80.0})  # [N] of large muscles; small ones: 20
+OF_IDENTIFY = (
+    "pi",
+    "pi-cumulative",
+    "modified-pi",
+    "stop",
+)  # families of `dehyst.identify`; the rest has its own room
+NATIVE = (
+    "paper",
+    "maxwell-slip",
+    "direct",
+    "creep",
+)  # recipes that run in the joint's controller, period by period
+SIZES: Mapping[int, float] = MappingProxyType(
+    {1: 80.0, 2: 80.0, 4: 80.0}
+)  # [N] of large muscles; small ones: 20
 
 
 def bouc_wen_muscle(joint: int, muscle: int) -> ModelMechanism:
@@ -84,7 +106,9 @@ class Joint:
     def equipped(self, compensator: str = "") -> Equipment:
         """Return the joint with a compensator of `NATIVE` in its controller, or with none."""
         chosen = {self.number: self.found[compensator]} if compensator else {}
-        return equip(self.robot, {self.number: self.characteristic}, chosen, self.seed, self.mechanisms)
+        return equip(
+            self.robot, {self.number: self.characteristic}, chosen, self.seed, self.mechanisms
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +179,9 @@ def prepared(
     characteristic = calibrate(robot, number, seed=seed, mechanisms=factory)
     wanted = {name: (recipe(name), characteristic) for name in compensators}
     with tempfile.TemporaryDirectory() as folder:
-        found = identify_compensators(robot, number, wanted, Path(folder), seed=seed, mechanisms=factory)
+        found = identify_compensators(
+            robot, number, wanted, Path(folder), seed=seed, mechanisms=factory
+        )
     return Joint(robot, plan_path(robot), number, seed, factory, characteristic, found)
 
 
@@ -199,20 +225,21 @@ def learned(found: JointIdentification, name: str, seed: int = 0, way: str = "")
     return replace(min(tried, key=lambda pair: rank(pair[0]))[1], seconds=seconds)
 
 
-def _one_way(found: JointIdentification, name: str, title: str, seed: int, way: str) -> tuple[float, Learned]:
+def _one_way(
+    found: JointIdentification, name: str, title: str, seed: int, way: str
+) -> tuple[float, Learned]:
     """Fit one way round; what it leaves of the hysteresis of the log that it was fitted to, and the result."""
-    x, q = (found.log[column] for column in ((INPUT, OUTPUT) if way == INVERTED else (OUTPUT, INPUT)))
+    x, q = (
+        found.log[column] for column in ((INPUT, OUTPUT) if way == INVERTED else (OUTPUT, INPUT))
+    )
     x_unit, q_unit = ("bar", "rad") if way == INVERTED else ("rad", "bar")
-    record = Recording(input=x, output=q, time=found.log[TIME], input_unit=x_unit, output_unit=q_unit)
+    record = Recording(
+        input=x, output=q, time=found.log[TIME], input_unit=x_unit, output_unit=q_unit
+    )
     begun = time.thread_time()
-    if name in OF_IDENTIFY:
-        fit = identify(record, family=name, train_fraction=1.0)
-        model, parameters = fit.model, fit.certificate.nonzero_weights
-        told: Model = model.inverse() if way == INVERTED else model
-    else:
-        loop = identify_family(record, name, train_fraction=1.0, seed=seed)
-        parameters = loop.parameters
-        told = loop.model.inverse() if way == INVERTED else loop.model
+    fit = identify(record, name, train_fraction=1.0, seed=seed)
+    parameters = fit.model.nonzero_weights
+    told: Model = fit.model.inverse() if way == INVERTED else fit.model
     seconds = time.thread_time() - begun
     compensator = LoopCompensator(told, shear=BAR * found.shear, period=5e-4)
     seen, unseen = (unexplained(compensator, log) for log in (found.log, found.unseen))
@@ -237,7 +264,12 @@ def errors(
 ) -> dict[str, float]:
     """Run a trial of the joint alone; its rms and largest error. [deg]"""
     run, _ = run_trial(
-        robot or joint.robot, joint.path, equipment, trial, "on" if on else "off", moving=(joint.number,)
+        robot or joint.robot,
+        joint.path,
+        equipment,
+        trial,
+        "on" if on else "off",
+        moving=(joint.number,),
     )
     return joint_figures(run, joint.number)
 

@@ -10,9 +10,9 @@ import numpy.typing as npt
 from scipy.optimize import linprog
 
 from dehyst import PrandtlIshlinskii
-from dehyst.export.numbers import UnitNumbers
-from dehyst.export.units import block_in, block_numbers
-from dehyst.families.elements import KINDS, LAGS, Element, ElementModel
+from dehyst.export import UnitNumbers
+from dehyst.export._units import block_in, block_numbers
+from dehyst.families._elements import KINDS, LAGS, Element, ElementModel
 from dehyst.models import Block, DirectInverse, ModelCard, Schedule, SignalCard
 from target.jobs import Array, Case
 
@@ -48,7 +48,12 @@ def held(numbers: UnitNumbers, real: str) -> UnitNumbers:
 
 def beyond(numbers: UnitNumbers, real: str) -> UnitNumbers:
     """Return the same where every output is beyond the limit: the way back is searched to its end at every step."""
-    far = {"output_low": -2.0 * FAR, "output_high": -FAR, "reach_low": -2.0 * FAR, "reach_high": -FAR}
+    far = {
+        "output_low": -2.0 * FAR,
+        "output_high": -FAR,
+        "reach_low": -2.0 * FAR,
+        "reach_high": -FAR,
+    }
     return block_in(replace(numbers, **far), real)
 
 
@@ -63,7 +68,9 @@ def turns(numbers: UnitNumbers) -> Array:
     r = np.asarray(numbers.model.threshold)
     top = 2.0 * r[-1] + 1.0
     edges = np.concatenate([[0.0], 0.5 * (r[1:] + r[:-1]) * 2.0, [2.0 * r[-1] + 0.5]])
-    chosen = np.unique(np.concatenate([np.arange(min(6, r.size)), np.linspace(0, r.size, 8)]).astype(int))
+    chosen = np.unique(
+        np.concatenate([np.arange(min(6, r.size)), np.linspace(0, r.size, 8)]).astype(int)
+    )
     one_way = np.column_stack([np.full(chosen.size, top), top - edges[chosen]]).ravel()
     return np.concatenate([one_way, -one_way])
 
@@ -72,7 +79,9 @@ def pushes(numbers: UnitNumbers) -> Array:
     """Return inputs far beyond the limit, each after a way back that dragged another number of operators."""
     x = turns(numbers)
     top = np.max(np.abs(x))
-    return np.column_stack([np.where(x > 0, 50.0 * top, -50.0 * top), x * 0.5, np.sign(x) * 50.0 * top]).ravel()
+    return np.column_stack(
+        [np.where(x > 0, 50.0 * top, -50.0 * top), x * 0.5, np.sign(x) * 50.0 * top]
+    ).ravel()
 
 
 def loops(numbers: UnitNumbers, samples: int = 200) -> Array:
@@ -96,9 +105,15 @@ def cases(n: int, real: str) -> dict[str, Case]:
         "all": _on(numbers, np.tile([top, -top], 4)),
         "free": _on(numbers, np.concatenate([free, random])),
         "held": _on(held(numbers, real), np.concatenate([limited, random])),
-        "beyond": Case(beyond(numbers, real), np.concatenate([free, random]), _toggled(rng, free.size + random.size)),
+        "beyond": Case(
+            beyond(numbers, real),
+            np.concatenate([free, random]),
+            _toggled(rng, free.size + random.size),
+        ),
         "switched": Case(
-            held(numbers, real), np.concatenate([limited, random]), _toggled(rng, limited.size + random.size)
+            held(numbers, real),
+            np.concatenate([limited, random]),
+            _toggled(rng, limited.size + random.size),
         ),
     }
 
@@ -120,9 +135,19 @@ def cover(
     have their cost already.
     """
     known = dict(fixed or {})
-    names = ["step", *sorted({name for counts, _ in rows for name, n in counts.items() if n} - known.keys())]
-    table = np.array([[{"step": 1, **counts}.get(name, 0) for name in names] for counts, _ in rows], float)
-    y = np.array([most - sum(cost * counts.get(name, 0) for name, cost in known.items()) for counts, most in rows])
+    names = [
+        "step",
+        *sorted({name for counts, _ in rows for name, n in counts.items() if n} - known.keys()),
+    ]
+    table = np.array(
+        [[{"step": 1, **counts}.get(name, 0) for name in names] for counts, _ in rows], float
+    )
+    y = np.array(
+        [
+            most - sum(cost * counts.get(name, 0) for name, cost in known.items())
+            for counts, most in rows
+        ]
+    )
     shares = np.array([most for _, most in rows])
     found = linprog(
         (table / shares[:, None]).sum(axis=0),
@@ -130,7 +155,10 @@ def cover(
         b_ub=-y,
         bounds=[(None, None)] + [(0, None)] * (len(names) - 1),
     )
-    costs = {name: float(np.ceil(100.0 * cost) / 100.0) for name, cost in zip(names, found.x, strict=True)}
+    costs = {
+        name: float(np.ceil(100.0 * cost) / 100.0)
+        for name, cost in zip(names, found.x, strict=True)
+    }
     rest = sum(costs[name] * table[:, k] for k, name in enumerate(names) if k)
     return {**costs, "step": float(np.ceil(np.max(y - rest))), **known}
 
@@ -157,7 +185,13 @@ def element_models(direction: str) -> list[ElementModel]:
     models = [(Element("input"),)]
     for kind in KINDS:
         radius, time = (1.0 if kind == "product" else 0.3), (0.1 if kind in LAGS else 0.005)
-        models.append((Element("input"), *[Element(kind, radius, time, 0.02)] * MANY, Element("past", 0.1, 0.1, 0.02)))
+        models.append(
+            (
+                Element("input"),
+                *[Element(kind, radius, time, 0.02)] * MANY,
+                Element("past", 0.1, 0.1, 0.02),
+            )
+        )
     for points in (3, 17):
         u = tuple(float(x) for x in np.linspace(-1.0, 1.0, points))
         models.append((Element("input"), *[Element("play", 0.3, 0.0, 0.02, (u, u))] * MANY))
@@ -174,14 +208,19 @@ def direct_models() -> list[DirectInverse]:
         (1, 0, 0, 8, 0),
     ]
     return [
-        direct_model(*size) for size in [*sizes, (6, 8, 0, 0, 1), (6, 8, 0, 0, 2), (4, 10, 5, 5, 2), (4, 6, 3, 2, 1)]
+        direct_model(*size)
+        for size in [*sizes, (6, 8, 0, 0, 1), (6, 8, 0, 0, 2), (4, 10, 5, 5, 2), (4, 6, 3, 2, 1)]
     ]
 
 
-def direct_model(coefficients: int, stops: int, paths: int, creeps: int, schedules: int) -> DirectInverse:
+def direct_model(
+    coefficients: int, stops: int, paths: int, creeps: int, schedules: int
+) -> DirectInverse:
     """Return a direct inverse of these sizes."""
     sets = max(1, 2 * schedules)
-    chosen = (Schedule("load", -8.0, 8.0, "Nm"), Schedule("mean_pressure", 2e5, 4e5, "Pa"))[:schedules]
+    chosen = (Schedule("load", -8.0, 8.0, "Nm"), Schedule("mean_pressure", 2e5, 4e5, "Pa"))[
+        :schedules
+    ]
     card = ModelCard(SignalCard("torque", "Nm", -60.0, 60.0), SignalCard("angle", "rad", -0.5, 0.5))
     return DirectInverse(
         radii=np.geomspace(0.01, 0.5, stops) if stops else [], stop_weights=np.full((sets, stops), 1.0),

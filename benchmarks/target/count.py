@@ -20,7 +20,9 @@ CALLER = "steps"  # the function of a driver that calls the step, and nothing el
 def symbols(machine: Machine, program: Path) -> dict[str, tuple[int, int]]:
     """Return address and size of every function."""
     tool = machine.compiler.replace("gcc", "nm") if machine.board else "nm"
-    listed = subprocess.run([tool, "-S", str(program)], capture_output=True, text=True, check=True).stdout
+    listed = subprocess.run(
+        [tool, "-S", str(program)], capture_output=True, text=True, check=True
+    ).stdout
     rows = re.findall(r"(?m)^([0-9a-f]+) ([0-9a-f]+) [tTwW] (\S+)$", listed)
     return {name: (int(address, 16) & ~1, int(size, 16)) for address, size, name in rows}
 
@@ -41,14 +43,29 @@ def traced(lines: IO[str], caller: tuple[int, int], function: int) -> Iterator[i
             count, inside = 1, True
 
 
-def count_by_trace(machine: Machine, program: Path, job: bytes, folder: Path, function: str) -> list[int]:
+def count_by_trace(
+    machine: Machine, program: Path, job: bytes, folder: Path, function: str
+) -> list[int]:
     """Count on a microcontroller. Functions before the driver's in memory, which copy bytes, are left out."""
     (folder / "job.bin").write_bytes(job)
     found = symbols(machine, program)
-    first, last = min(found[CALLER][0], found[function][0]), max(address + size for address, size in found.values())
-    trace = ("-singlestep", "-d", "exec,nochain", "-D", "/dev/stdout", "-dfilter", f"{first:#x}..{last:#x}")
+    first, last = (
+        min(found[CALLER][0], found[function][0]),
+        max(address + size for address, size in found.values()),
+    )
+    trace = (
+        "-singlestep",
+        "-d",
+        "exec,nochain",
+        "-D",
+        "/dev/stdout",
+        "-dfilter",
+        f"{first:#x}..{last:#x}",
+    )
     command = start(machine, program, *trace)
-    with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True, bufsize=1 << 20) as running:
+    with subprocess.Popen(
+        command, cwd=folder, stdout=subprocess.PIPE, text=True, bufsize=1 << 20
+    ) as running:
         assert running.stdout is not None
         counts = list(traced(running.stdout, found[CALLER], found[function][0]))
     if running.returncode != 0:
@@ -67,7 +84,9 @@ def count_by_callgrind(program: Path, job: bytes, folder: Path, function: str) -
     dumps = sorted(folder.glob("callgrind.*"), key=lambda path: int(path.suffix[1:]))
     dumps += [folder / "callgrind"]  # what came after the last call
     totals = [re.search(r"(?m)^totals: (\d+)", path.read_text()) for path in dumps]
-    return [int(match[1]) for match in totals[1:] if match]  # the first dump is what came before the first call
+    return [
+        int(match[1]) for match in totals[1:] if match
+    ]  # the first dump is what came before the first call
 
 
 def count(machine: Machine, program: Path, job: bytes, folder: Path, function: str) -> list[int]:

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.export import Subject
-from dehyst.export.numbers import UnitNumbers
+from dehyst.export import Subject, UnitNumbers
 
 Array = npt.NDArray[np.float64]
 KIND = {"double": 0x64685008, "float": 0x64685004}  # block_image.c
@@ -57,7 +56,9 @@ def image(block: UnitNumbers, real: str) -> bytes:
     rest = (model.center, model.offset, *(getattr(block, name) for name in REST))
     head = [KIND[real], model.parts, *model.points, block.fingerprint]
     parts = (model.threshold, model.slope, model.loading, model.start, *maps, rest)
-    body = np.array(head, "<u4").tobytes() + b"".join(np.asarray(part, TYPE[real]).tobytes() for part in parts)
+    body = np.array(head, "<u4").tobytes() + b"".join(
+        np.asarray(part, TYPE[real]).tobytes() for part in parts
+    )
     return body + word(zlib.crc32(body))
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dehyst import ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii
-from dehyst.export.units import block_in, block_numbers
+from dehyst.export._units import block_in, block_numbers
 from dehyst.models import Block, HysteresisModel
 from target.jobs import Array, Case
 
@@ -33,7 +33,9 @@ class Trial:
 def random_model(rng: np.random.Generator) -> HysteresisModel:
     """Return a model of 1 to 60 operators that has an inverse, half of them with a map."""
     n = int(rng.integers(1, 61))
-    r = np.concatenate([[0.0], np.cumsum(rng.uniform(0.05, 1.0, n - 1))]) * 10.0 ** rng.uniform(-1.0, 1.0)
+    r = np.concatenate([[0.0], np.cumsum(rng.uniform(0.05, 1.0, n - 1))]) * 10.0 ** rng.uniform(
+        -1.0, 1.0
+    )
     w = np.concatenate([[rng.uniform(0.3, 1.0)], rng.uniform(-0.2, 1.0, n - 1) / n])
     model = PrandtlIshlinskii(r, w, center=rng.normal(), offset=rng.normal())
     if rng.random() < 0.5:
@@ -41,7 +43,9 @@ def random_model(rng: np.random.Generator) -> HysteresisModel:
     reach = 2.0 * (1.0 + r[-1]) * np.sum(np.abs(w))
     points = np.sort(rng.uniform(-reach, reach, int(rng.integers(2, 12))))
     points[-1] += 0.01 * reach
-    values = np.cumsum(rng.uniform(0.2, 1.0, points.size) * np.diff(points, prepend=points[0] - 1.0))
+    values = np.cumsum(
+        rng.uniform(0.2, 1.0, points.size) * np.diff(points, prepend=points[0] - 1.0)
+    )
     return ModifiedPrandtlIshlinskii(model, after=MonotoneMap(points, values))
 
 
@@ -57,7 +61,9 @@ def trial(rng: np.random.Generator, samples: int, real: str) -> Trial:
     walk = np.cumsum(rng.normal(size=samples) * 10.0 ** rng.uniform(-2.0, -0.5))
     x = 0.5 * (low + high) + 0.5 * (high - low) * 1.25 * np.sin(walk)
     strange = rng.integers(0, samples, samples // 50)
-    x[strange] = rng.choice([np.nan, np.inf, -np.inf, 1e14, -1e14, low, high, -0.0, 5e-324], strange.size)
+    x[strange] = rng.choice(
+        [np.nan, np.inf, -np.inf, 1e14, -1e14, low, high, -0.0, 5e-324], strange.size
+    )
     if real == "float":
         x = x.astype(np.float32).astype(float)
     on = np.repeat(rng.random(samples // 40 + 1) < 0.7, 40)[:samples]

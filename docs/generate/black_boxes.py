@@ -18,7 +18,11 @@ sys.path.insert(0, str(ROOT / "benchmarks"))
 from black_box import BOXES, RESULTS, STRETCH, beside, mean, ratio  # noqa: E402 - found through the path above
 
 NAMES = {"gru": "GRU", "narx": "NARX", "ridge": "ridge", "kernel": "kernel"}
-HEADS = {"seventeen": "best of the seventeen by hindsight"} | NAMES | {"best": "best black box by hindsight"}
+HEADS = (
+    {"seventeen": "best of the seventeen by hindsight"}
+    | NAMES
+    | {"best": "best black box by hindsight"}
+)
 RIGS = ("soft pneumatic arm", "magneto-rheological damper")  # of STRETCH
 
 
@@ -45,7 +49,9 @@ def _errors() -> str:
         seeds = run["boxes"]["gru"]["seeds"]
         least = min(row[name] for name in ("ours", "seventeen", *BOXES))
         shown = {name: f"{row[name]:.3g}" for name in ("ours", "seventeen", *BOXES)}
-        shown = {name: f"**{text}**" if row[name] == least else text for name, text in shown.items()}
+        shown = {
+            name: f"**{text}**" if row[name] == least else text for name, text in shown.items()
+        }
         shown["gru"] += f" ({min(seeds):.3g} to {max(seeds):.3g})"
         name = row["run"].rstrip("/").replace("_", " ").replace("/", ", ")
         lines.append(f"| {name} | {row['family']} | {' | '.join(shown.values())} |")
@@ -55,8 +61,14 @@ def _errors() -> str:
 def _ratios() -> str:
     """Our error over that of each, log by log and on all runs: geometric means."""
     table = beside(runs())
-    logs = {log: [row for row in table if row["run"].startswith(log + "/")] for log in (run["log"] for run in runs())}
-    lines = [f"| our error over that of | {' | '.join(HEADS.values())} |", "|---|" + "---|" * len(HEADS)]
+    logs = {
+        log: [row for row in table if row["run"].startswith(log + "/")]
+        for log in (run["log"] for run in runs())
+    }
+    lines = [
+        f"| our error over that of | {' | '.join(HEADS.values())} |",
+        "|---|" + "---|" * len(HEADS),
+    ]
     for name, rows in (*logs.items(), ("all runs", table)):
         cells = [f"{mean(ratio(rows, over)):.2f}" for over in HEADS]
         lines.append(f"| {name.replace('_', ' ')} ({len(rows)}) | {' | '.join(cells)} |")
@@ -72,8 +84,13 @@ def _costs() -> str:
         rows = [row for row in table if row["run"].startswith(prefix)]
         pairs = ", ".join(f"{row['ours']:.2f} against {row['gru']:.2f}" for row in rows)
         said.append(f"{kind} {pairs}")
-    seconds = {name: median(run["boxes"][key]["seconds"] for run in runs()) for key, name in NAMES.items()}
-    micro = {name: median(run["boxes"][key]["microseconds_a_sample"] for run in runs()) for key, name in NAMES.items()}
+    seconds = {
+        name: median(run["boxes"][key]["seconds"] for run in runs()) for key, name in NAMES.items()
+    }
+    micro = {
+        name: median(run["boxes"][key]["microseconds_a_sample"] for run in runs())
+        for key, name in NAMES.items()
+    }
     trained = ", ".join(f"{name} {value:.2g} s" for name, value in seconds.items())
     played = ", ".join(f"{name} {value:.2g}" for name, value in micro.items())
     return (

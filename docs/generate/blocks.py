@@ -103,7 +103,11 @@ def steps(text: str) -> list[Step]:
                 and after.language in OUTPUTS
                 and not "".join(lines[block.last + 1 : after.first - 1]).strip()
             )
-            shown = (after.text, after.first, after.last) if beside and after else (None, block.last, block.last)
+            shown = (
+                (after.text, after.first, after.last)
+                if beside and after
+                else (None, block.last, block.last)
+            )
             found.append(Step("python", block.text, *shown, block.first + 1))
         elif block.info == "console":
             found += _commands(block, lines)
@@ -125,7 +129,9 @@ def _commands(block: Fence, lines: list[str]) -> list[Step]:
         while end < block.last and not lines[end].startswith("$ "):
             end += 1
         if command.startswith(RUN):
-            found.append(Step("console", command, "\n".join(lines[k + 1 : end]), k + 1, end, begin + 1))
+            found.append(
+                Step("console", command, "\n".join(lines[k + 1 : end]), k + 1, end, begin + 1)
+            )
         k = end
     return found
 
@@ -143,7 +149,10 @@ def run_page(text: str, folder: Path) -> list[tuple[Step, str]]:
     (folder / "examples").symlink_to(ROOT / "examples", target_is_directory=True)
     os.chdir(folder)
     try:
-        return [(step, _python(step, names) if step.kind == "python" else _console(step)) for step in steps(text)]
+        return [
+            (step, _python(step, names) if step.kind == "python" else _console(step))
+            for step in steps(text)
+        ]
     finally:
         os.chdir(before)
 
@@ -154,7 +163,9 @@ def _python(step: Step, names: dict[str, Any]) -> str:
         try:
             exec(compile(step.code, f"<line {step.line}>", "exec", dont_inherit=True), names)
         except Exception:
-            raise AssertionError(f"the Python block at line {step.line} fails:\n{traceback.format_exc()}") from None
+            raise AssertionError(
+                f"the Python block at line {step.line} fails:\n{traceback.format_exc()}"
+            ) from None
     return stream.getvalue()
 
 
@@ -187,7 +198,11 @@ def agree(shown: str, printed: str) -> bool:
     for index, part in enumerate(parts):
         if index == len(parts) - 1 and index > 0:
             place = max(place, len(words) - len(part))
-        where = range(place, place + 1) if index in (0, len(parts) - 1) else range(place, len(words) - len(part) + 1)
+        where = (
+            range(place, place + 1)
+            if index in (0, len(parts) - 1)
+            else range(place, len(words) - len(part) + 1)
+        )
         fits = next((k for k in where if _same(part, words[k : k + len(part)])), None)
         if fits is None:
             return False

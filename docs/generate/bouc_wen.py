@@ -13,11 +13,22 @@ from typing import Any
 from matplotlib.figure import Figure
 
 RESULT = Path(__file__).resolve().parents[2] / "benchmarks" / "results" / "bouc_wen.json"
-SHOWN = {"maxwell-slip": "#8a939e", "duhem, polynomial": "#d55e00", "duhem, piecewise linear": "#0072b2"}
+SHOWN = {
+    "maxwell-slip": "#8a939e",
+    "duhem, polynomial": "#d55e00",
+    "duhem, piecewise linear": "#0072b2",
+}
 UNITS = {
     "mass": "kg", "damping": "N s/m", "stiffness": "N/m", "alpha": "N/m", "beta gamma": "1/m", "beta delta": "1/m"
 }  # fmt: skip
-TRUTH = {"mass": 2, "damping": 10, "stiffness": 5e4, "alpha": 5e4, "beta gamma": 800, "beta delta": -1100}
+TRUTH = {
+    "mass": 2,
+    "damping": 10,
+    "stiffness": 5e4,
+    "alpha": 5e4,
+    "beta gamma": 800,
+    "beta delta": -1100,
+}
 
 
 @cache
@@ -40,7 +51,9 @@ def page() -> str:
             f"| {errors['sweep']:.2e} | {model['seconds']:.1f} |"
         )
     lines += ["", "| published | rms error, multisine [m] |", "|---|---|"]
-    lines += [f"| {name} | {error:.2e} |" for name, error in result()["published_multisine_m"].items()]
+    lines += [
+        f"| {name} | {error:.2e} |" for name, error in result()["published_multisine_m"].items()
+    ]
     white = result()["models"][-1]
     lines += ["", "| white box | identified | standard error | true |", "|---|---|---|---|"]
     for name, value in white["values"].items():
@@ -61,10 +74,21 @@ def figure() -> Figure:
     for name, found, colour, width in curves:
         if found["slopes"]:
             y = [1e-3 * value for value in found["slopes"]["slope_N_per_m"]]
-            slope.plot(found["slopes"]["force_N"], y, color=colour, lw=width, alpha=0.35 if width > 2 else 1.0)
+            slope.plot(
+                found["slopes"]["force_N"],
+                y,
+                color=colour,
+                lw=width,
+                alpha=0.35 if width > 2 else 1.0,
+            )
         closed = [found["loop"][key] + found["loop"][key][:1] for key in ("position_mm", "force_N")]
         loop.plot(*closed, color=colour, lw=width, alpha=0.35 if width > 2 else 1.0, label=name)
-    slope.set(title="Slope of the loop", xlabel="force, along the motion [N]", ylabel="dz/dy [N/mm]", ylim=(0, 500))
+    slope.set(
+        title="Slope of the loop",
+        xlabel="force, along the motion [N]",
+        ylabel="dz/dy [N/mm]",
+        ylim=(0, 500),
+    )
     loop.set(title="Loop at 10 Hz", xlabel="position [mm]", ylabel="spring and element [N]")
     ours = [(model["rms_error_m"]["multisine"], name, "#0072b2") for name, model in models.items()]
     others = [(error, name, "#8a939e") for name, error in result()["published_multisine_m"].items()]
@@ -72,7 +96,9 @@ def figure() -> Figure:
     for row, (error, name, colour) in enumerate(listed):
         errors.plot([1e-8, error], [row, row], color=colour, lw=1.0, alpha=0.5)
         errors.plot(error, row, "o", color=colour, ms=5)
-        errors.text(1.3 * error, row, name.partition(" (")[0], va="center", fontsize=6.5, color=colour)
+        errors.text(
+            1.3 * error, row, name.partition(" (")[0], va="center", fontsize=6.5, color=colour
+        )
     errors.axvline(result()["noise_m"], color="#1b2530", lw=0.8, ls=":")
     errors.set(title="Multisine test, rms error [m]", xscale="log", xlim=(3e-8, 2e-1), yticks=[])
     drawn.legend(*loop.get_legend_handles_labels(), loc="outside lower left", ncols=4)

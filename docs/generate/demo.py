@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.robot.arm import load_robot
-from dehyst.robot.commands.reproduce import QUICK
-from dehyst.robot.experiments.reproduce import Request, reproduce
-from dehyst.robot.experiments.results import Reproduction, TrialRun
-from dehyst.robot.iso9283 import TestCube
+from dehyst_robot.arm import load_robot
+from dehyst_robot.commands._reproduce import QUICK
+from dehyst_robot.experiments import Reproduction, Request, reproduce
+from dehyst_robot.experiments._results import TrialRun
+from dehyst_robot.iso9283 import TestCube
 
 Array = npt.NDArray[np.float64]
 
@@ -24,7 +24,11 @@ PLANT, COMPENSATOR, BEST = "preisach", "paper", "best"
 def experiment() -> Reproduction:
     """Return the fast and the slow trial of the whole arm, as `dehyst reproduce --quick` runs them."""
     request = Request(
-        plants=(PLANT,), compensators=(COMPENSATOR, BEST), seeds=(0,), trials=("fast", "slow"), studies=False
+        plants=(PLANT,),
+        compensators=(COMPENSATOR, BEST),
+        seeds=(0,),
+        trials=("fast", "slow"),
+        studies=False,
     )
     with tempfile.TemporaryDirectory() as folder:
         return reproduce(load_robot(changes=QUICK), request, Path(folder))
@@ -32,7 +36,11 @@ def experiment() -> Reproduction:
 
 def run(trial: str, compensator: str) -> TrialRun:
     """Return one run, "off", "paper" or "best"."""
-    return next(r for r in experiment().plants[PLANT].runs if (r.trial, r.compensator) == (trial, compensator))
+    return next(
+        r
+        for r in experiment().plants[PLANT].runs
+        if (r.trial, r.compensator) == (trial, compensator)
+    )
 
 
 def errors(joint: int, trial: str) -> tuple[float, float, float]:

@@ -13,8 +13,9 @@ from unittest import mock
 
 import dehyst
 import dehyst.models
-from dehyst import errors
-from dehyst.identification import families, least_squares
+import dehyst_robot
+from dehyst import errors, least_squares
+from dehyst.identification import _families as families
 from dehyst.units import convert
 
 HEAD = """# Errors
@@ -28,7 +29,8 @@ them without reading text. Anything else that is raised is a defect of dehyst: p
 """
 
 LOG = "time_s,pressure_bar,angle_deg,run\n" + "".join(
-    f"{k / 10},{abs(k % 20 - 10) / 5},{3 * abs(k % 20 - 10)},{'up' if k < 40 else 'down'}\n" for k in range(80)
+    f"{k / 10},{abs(k % 20 - 10) / 5},{3 * abs(k % 20 - 10)},{'up' if k < 40 else 'down'}\n"
+    for k in range(80)
 )
 
 
@@ -50,25 +52,27 @@ class _NoPolars:
 
 def _without_polars() -> None:
     Path("log.parquet").write_bytes(b"PAR1" + bytes(100))
-    with mock.patch.dict(sys.modules), mock.patch.object(sys, "meta_path", [_NoPolars, *sys.meta_path]):
+    with (
+        mock.patch.dict(sys.modules),
+        mock.patch.object(sys, "meta_path", [_NoPolars, *sys.meta_path]),
+    ):
         for name in [name for name in sys.modules if name.partition(".")[0] == "polars"]:
             del sys.modules[name]
         dehyst.read_log("log.parquet", input="pressure_bar", output="angle_deg")
 
 
 def _no_optimum() -> None:
-    fault = RuntimeError("Maximum number of iterations reached.")
     with (
         mock.patch.object(families, "LARGEST_CONDITION", 0.0),
         mock.patch.object(least_squares, "OPTIMAL", -1.0),
-        mock.patch("scipy.optimize.nnls", side_effect=fault),
+        mock.patch.object(least_squares, "lawson_hanson", return_value=None),
     ):
         dehyst.identify(_recording())
 
 
 def _not_credible() -> None:
     changes = {"controller.pressure_jump_bar": 0.001, "calibration.sweep_s": 2.0}
-    dehyst.calibrate(dehyst.load_robot(changes=changes), 1)
+    dehyst_robot.calibrate(dehyst_robot.load_robot(changes=changes), 1)
 
 
 def _recording() -> dehyst.Recording:
@@ -76,7 +80,10 @@ def _recording() -> dehyst.Recording:
 
 
 PROVOKED: dict[str, tuple[str, Callable[[], object]]] = {
-    "ParameterError": ("dehyst.identify(rec, eps=2.0)", lambda: dehyst.identify(_recording(), eps=2.0)),
+    "ParameterError": (
+        "dehyst.identify(rec, eps=2.0)",
+        lambda: dehyst.identify(_recording(), eps=2.0),
+    ),
     "InvertibilityError": (
         "dehyst.PrandtlIshlinskii([0.0, 1.0], [1.0, -2.0]).inverse()",
         lambda: dehyst.PrandtlIshlinskii([0.0, 1.0], [1.0, -2.0]).inverse(),
@@ -90,7 +97,7 @@ PROVOKED: dict[str, tuple[str, Callable[[], object]]] = {
         lambda: dehyst.identify(dehyst.Recording(input=[1, 1, 1, 1], output=[0, 1, 2, 3])),
     ),
     "SimulationError": (
-        "dehyst.calibrate(dehyst.load_robot(changes={'controller.pressure_jump_bar': 0.001, ...}), 1)",
+        "dehyst_robot.calibrate(dehyst_robot.load_robot(changes={'controller.pressure_jump_bar': 0.001, ...}), 1)",
         _not_credible,
     ),
     "IdentificationError": ("dehyst.identify(rec)  # with a solver made to fail", _no_optimum),
@@ -105,9 +112,14 @@ PROVOKED: dict[str, tuple[str, Callable[[], object]]] = {
     ),
     "TimeError": (
         "dehyst.read_log('log.csv', input='pressure_bar', output='angle_deg', run='up', start=60.0)",
-        lambda: dehyst.read_log("log.csv", input="pressure_bar", output="angle_deg", run="up", start=60.0),
+        lambda: dehyst.read_log(
+            "log.csv", input="pressure_bar", output="angle_deg", run="up", start=60.0
+        ),
     ),
-    "UnitError": ("dehyst compensate: the reference in mm, the model's output in deg", lambda: convert(1, "mm", "deg")),
+    "UnitError": (
+        "dehyst compensate: the reference in mm, the model's output in deg",
+        lambda: convert(1, "mm", "deg"),
+    ),
     "ModelFileError": ("dehyst.load('model.json')  # after an edit by hand", _edited_model),
     "MissingExtraError": ("dehyst.read_log('log.parquet', ...)  # without polars", _without_polars),
     "OutputError": (
@@ -119,7 +131,11 @@ PROVOKED: dict[str, tuple[str, Callable[[], object]]] = {
 
 def classes() -> list[type]:
     """Error classes in the order of their source."""
-    return [kind for kind in vars(errors).values() if inspect.isclass(kind) and issubclass(kind, errors.DehystError)]
+    return [
+        kind
+        for kind in vars(errors).values()
+        if inspect.isclass(kind) and issubclass(kind, errors.DehystError)
+    ]
 
 
 def page() -> str:
@@ -151,6 +167,8 @@ def _message(kind: type, provoke: Callable[[], object]) -> tuple[str, list[str]]
         provoke()
     except errors.DehystError as fault:
         if type(fault) is not kind:
-            raise RuntimeError(f"{kind.__name__} was to be provoked, but it was {type(fault).__name__}") from fault
+            raise RuntimeError(
+                f"{kind.__name__} was to be provoked, but it was {type(fault).__name__}"
+            ) from fault
         return str(fault), sorted(fault.facts)
     raise RuntimeError(f"{kind.__name__} was not raised")

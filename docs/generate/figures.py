@@ -66,11 +66,17 @@ def write(name: str, draw: Callable[[], Figure], folder: Path) -> list[Path]:
     with matplotlib.rc_context({**matplotlib.rcParamsDefault, "backend": "agg", **STYLE}):
         figure = draw()
         svg = io.StringIO()
-        figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+        figure.savefig(
+            svg,
+            format="svg",
+            metadata={"Date": None, "Creator": None, "Format": None, "Type": None},
+        )
         text = svg.getvalue()
         files = [folder / f"{name}.svg"]
         files[0].parent.mkdir(parents=True, exist_ok=True)
-        files[0].write_text("\n".join(line.rstrip() for line in text[text.index("<svg") :].split("\n")), "utf-8")
+        files[0].write_text(
+            "\n".join(line.rstrip() for line in text[text.index("<svg") :].split("\n")), "utf-8"
+        )
         if name in WITH_PNG:
             files.append(folder / f"{name}.png")
             figure.savefig(files[1], format="png", dpi=180, metadata={"Software": None})
@@ -89,7 +95,9 @@ def tracking() -> tuple[Array, Array, Array, Array]:
     fit = example_fit()
     time = np.arange(0.0, 60.0, STEP)
     wanted = 26.0 * np.linspace(1.0, 0.25, time.size) * np.sin(2 * np.pi * time / 10.0)
-    plain, compensated = (respond(m.inverse().simulate(wanted, time), STEP) for m in (fit.static, fit.model))
+    plain, compensated = (
+        respond(m.inverse().simulate(wanted, time), STEP) for m in (fit.static, fit.model)
+    )
     return time, wanted, plain, compensated
 
 
@@ -106,9 +114,13 @@ def arm() -> Figure:
     off = demo.run("fast", "off")
     wanted = demo.in_test_plane(on, on.tool_desired)
     left.plot(*wanted.T, color="#c3cad3", lw=4.0, label="wanted", solid_joinstyle="round")
-    left.plot(*demo.in_test_plane(off, off.tool).T, color=ORANGE, lw=1.3, label="without compensator")
+    left.plot(
+        *demo.in_test_plane(off, off.tool).T, color=ORANGE, lw=1.3, label="without compensator"
+    )
     left.plot(*demo.in_test_plane(on, on.tool).T, color=BLUE, lw=1.3, label="with compensator")
-    left.set(title="Tool in the test plane, fast trial", xlabel="[mm]", ylabel="[mm]", aspect="equal")
+    left.set(
+        title="Tool in the test plane, fast trial", xlabel="[mm]", ylabel="[mm]", aspect="equal"
+    )
     left.set(xlim=(-200, 200), ylim=(-255, 380))
     left.legend(loc="upper center", ncols=1, handlelength=1.6, borderaxespad=0.2, fontsize=10)
     off, on = demo.run("slow", "off"), demo.run("slow", demo.COMPENSATOR)
@@ -148,7 +160,9 @@ def loop() -> Figure:
     for spine in inset.spines.values():
         spine.set(visible=True, color="#97a1ad")
     left.indicate_inset_zoom(inset, edgecolor="#566170", alpha=0.6)
-    left.set(title="One log becomes a model", xlabel="pressure difference [bar]", ylabel="angle [deg]")
+    left.set(
+        title="One log becomes a model", xlabel="pressure difference [bar]", ylabel="angle [deg]"
+    )
     left.set(xlim=(-4.7, 4.7), ylim=(-34, 38))
     left.legend(loc="upper left", handlelength=1.6, borderaxespad=0.2)
     time, wanted, plain, compensated = tracking()
@@ -175,7 +189,12 @@ def loop() -> Figure:
 
 def play() -> Figure:
     """The play operator, and how a sum of plays makes a loop."""
-    x = np.concatenate([np.linspace(a, b, 200) for a, b in ((0, 2), (2, -2), (-2, 2), (2, 0.3), (0.3, 1.4), (1.4, 0))])
+    x = np.concatenate(
+        [
+            np.linspace(a, b, 200)
+            for a, b in ((0, 2), (2, -2), (-2, 2), (2, 0.3), (0.3, 1.4), (1.4, 0))
+        ]
+    )
     figure = Figure(figsize=(9.6, 4.0), layout="constrained")
     left, right = figure.subplots(1, 2)
     for r, colour in ((0.0, GREY), (0.5, BLUE), (1.0, ORANGE)):
@@ -186,7 +205,9 @@ def play() -> Figure:
     model = dehyst.PrandtlIshlinskii([0.0, 0.25, 0.5, 0.75, 1.0], [0.3, 0.25, 0.2, 0.2, 0.2])
     right.plot(x, model.simulate(x), color=INK, lw=2.0)
     r = np.linspace(0, 2, 50)
-    right.plot(r, model.loading_curve(r), color=GREEN, lw=3.5, alpha=0.5, label="initial loading curve")
+    right.plot(
+        r, model.loading_curve(r), color=GREEN, lw=3.5, alpha=0.5, label="initial loading curve"
+    )
     right.set(title="A weighted sum of plays", xlabel="input x", ylabel="output y")
     right.legend(loc="upper left")
     return figure
@@ -204,14 +225,27 @@ def misprint() -> Figure:
     inverse = model.inverse()
     z = np.zeros(n)
     answers = []
-    for y in model.simulate(x).tolist():  # thresholds may be negative here, which the model class refuses
+    for y in model.simulate(
+        x
+    ).tolist():  # thresholds may be negative here, which the model class refuses
         z = np.maximum(y - printed, np.minimum(y + printed, z))
         answers.append(float(inverse.weights @ z))
     figure = Figure(figsize=(9.6, 3.6), layout="constrained")
     left, right = figure.subplots(1, 2)
     left.plot(t, x, color="#86bbdf", lw=4.0, label="input of the model")
-    left.plot(t, inverse.simulate(model.simulate(x)), color=INK, lw=1.0, label="found again by the inverse")
-    left.set(title="Equation (18) corrected: r$_i$ − r$_j$", xlabel="time", ylabel="input x", ylim=(-1.2, 1.6))
+    left.plot(
+        t,
+        inverse.simulate(model.simulate(x)),
+        color=INK,
+        lw=1.0,
+        label="found again by the inverse",
+    )
+    left.set(
+        title="Equation (18) corrected: r$_i$ − r$_j$",
+        xlabel="time",
+        ylabel="input x",
+        ylim=(-1.2, 1.6),
+    )
     left.legend(loc="upper right", ncols=2, fontsize=10)
     right.plot(t, x, color="#86bbdf", lw=4.0, label="input of the model")
     right.plot(t, answers, color=ORANGE, lw=1.2, label="answer as printed")
@@ -229,8 +263,16 @@ def families() -> Figure:
     bend = dehyst.MonotoneMap([-1.4, -0.5, 0.1, 0.5, 1.4], [-1.1, -0.55, 0.15, 0.45, 0.62])
     shown = (
         ("pi", play, "lags, symmetric"),
-        ("modified-pi", dehyst.ModifiedPrandtlIshlinskii(play, after=bend), "lags, saturates, asymmetric"),
-        ("stop", dehyst.StopOperatorModel(r, [0.0, 1.6, 0.9, 0.5], 0.35), "leads: force over displacement"),
+        (
+            "modified-pi",
+            dehyst.ModifiedPrandtlIshlinskii(play, after=bend),
+            "lags, saturates, asymmetric",
+        ),
+        (
+            "stop",
+            dehyst.StopOperatorModel(r, [0.0, 1.6, 0.9, 0.5], 0.35),
+            "leads: force over displacement",
+        ),
     )
     figure = Figure(figsize=(9.6, 3.4), layout="constrained")
     for axes, (name, model, words) in zip(figure.subplots(1, 3), shown, strict=True):
@@ -253,11 +295,17 @@ def creep() -> Figure:
     figure = Figure(figsize=(9.6, 3.6), layout="constrained")
     left, right = figure.subplots(1, 2)
     left.plot(time, pressure, color=GREY, lw=2.0)
-    left.set(title="Pressure, held for three minutes", xlabel="time [s]", ylabel="pressure difference [bar]")
+    left.set(
+        title="Pressure, held for three minutes",
+        xlabel="time [s]",
+        ylabel="pressure difference [bar]",
+    )
     right.plot(time, angle, color=BLUE, lw=2.0, label="simulated joint")
     right.plot(time, plays, color=INK, lw=1.2, label="plays (modified-pi)")
     right.plot(time, chosen, color=ORANGE, lw=1.2, label="what identify chooses")
-    right.set(title="Angle, from 14 deg on", xlabel="time [s]", ylabel="angle [deg]", ylim=(14.0, 16.2))
+    right.set(
+        title="Angle, from 14 deg on", xlabel="time [s]", ylabel="angle [deg]", ylim=(14.0, 16.2)
+    )
     right.legend(loc="lower right")
     return figure
 
@@ -278,7 +326,9 @@ def stack() -> Figure:
     corners = (0.0, 1.0, -0.6, 0.5, -0.25, 0.15, 0.75)
     r = np.linspace(0.0, 1.1, 1101)
     model = dehyst.PrandtlIshlinskii(r, np.full(r.size, 1.0 / r.size))
-    path = np.concatenate([np.linspace(a, b, 60, endpoint=False) for a, b in itertools.pairwise(corners)] + [[0.75]])
+    path = np.concatenate(
+        [np.linspace(a, b, 60, endpoint=False) for a, b in itertools.pairwise(corners)] + [[0.75]]
+    )
     figure = Figure(figsize=(9.6, 3.6), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.15, 1.0))
     left.plot(path, color=GREY, lw=1.6)
@@ -286,7 +336,9 @@ def stack() -> Figure:
     for index, colour, name, width in shown:
         sample = 60 * index
         left.plot(sample, corners[index], "o", color=colour, ms=8)
-        left.annotate(name, (sample, corners[index]), xytext=(7, 5), textcoords="offset points", color=colour)
+        left.annotate(
+            name, (sample, corners[index]), xytext=(7, 5), textcoords="offset points", color=colour
+        )
         z = model.final_state(path[: sample + 1])
         right.plot(r, z, color=colour, lw=width, label=name)
         turns = [0, *(np.flatnonzero(np.abs(np.diff(z, 2)) > 1e-6) + 1)]
@@ -358,7 +410,12 @@ def learning() -> Figure:
     figure = Figure(figsize=(5.6, 2.6), layout="constrained")
     axes = figure.subplots()
     axes.plot(errors, color=BLUE, marker="o", ms=4)
-    axes.set(title="Distance from the target", xlabel="round of 24 tries", ylabel="mean [deg]", ylim=(0, 12))
+    axes.set(
+        title="Distance from the target",
+        xlabel="round of 24 tries",
+        ylabel="mean [deg]",
+        ylim=(0, 12),
+    )
     for k, value in ((0, errors[0]), (len(errors) - 1, errors[-1])):
         axes.annotate(f"{value:.1f}", (k, value), (4, 6), textcoords="offset points", color=INK)
     return figure

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import ast
+import importlib
 import textwrap
 from pathlib import Path
 from typing import Any
 
 import dehyst
+from generate import thresholds
 
 SOURCE = Path(dehyst.__file__).parent
+PACKAGES = [
+    Path(importlib.import_module(name).__file__ or "").parent
+    for name in ("dehyst", "dehyst_targets", "dehyst_robot", "dehyst_studio")
+]
 ROLES = ("input", "output")
 
 HEAD = """# Warnings
@@ -26,16 +32,39 @@ are reported too, with row numbers, so that nothing happens silently.
 
 
 IO, APP, FIT = SOURCE / "io", SOURCE / "app", SOURCE / "identification"
-MUSCLES = SOURCE / "robot" / "muscles"
-ROOMS = {"Reading": IO, "Identification": FIT, "Drift": FIT / "drift", "Using": APP, "Muscles": MUSCLES}
+MUSCLES = PACKAGES[2] / "muscles"
+ROOMS = {
+    "Reading": IO,
+    "Identification": FIT,
+    "Drift": FIT / "drift",
+    "Using": APP,
+    "Muscles": MUSCLES,
+}
+
+
+def modules() -> list[Path]:
+    """Every module of the four packages."""
+    return [path for package in PACKAGES for path in sorted(package.rglob("*.py"))]
 
 
 def constant(room: Path, name: str) -> Any:
-    """Value of a constant of the source: of its room, in whichever module it lives, or else of any other room."""
-    for path in [*sorted(room.glob("*.py")), *sorted(SOURCE.rglob("*.py"))]:
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
-            if isinstance(node, ast.Assign) and any(getattr(target, "id", "") == name for target in node.targets):
-                return ast.literal_eval(node.value)
+    """Value of a threshold or another constant: of its room, in whichever module it lives, or else of any other room.
+
+    In either case the room's record of thresholds comes first.
+    """
+    others = [path for path in modules() if path.parent != room]
+    for paths in (sorted(room.glob("*.py")), others):
+        records = [path for path in paths if path.name == "_policy.py"]
+        for path in records:
+            for threshold in thresholds.thresholds(path.read_text(encoding="utf-8")):
+                if threshold.name == name.lower():
+                    return threshold.value
+        for path in paths:
+            for node in ast.parse(path.read_text(encoding="utf-8")).body:
+                if isinstance(node, ast.Assign) and any(
+                    getattr(target, "id", "") == name for target in node.targets
+                ):
+                    return ast.literal_eval(node.value)
     raise LookupError(f"no constant {name} in the source: the text in this file speaks of it")
 
 
@@ -221,8 +250,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Log time with more digits, if rates matter.",
         ),
         "swapped-rows": (
-            "Neighbouring rows, or a few ({FEW:%} of the log, near their place), stood in the wrong order; they were "
-            "put in order of time.",
+            "Neighbouring rows, or a few ({OUT_OF_ORDER:%} of the log, near their place), stood in the wrong order; "
+            "they were put in order of time.",
             "None.",
         ),
         "reversed-time": (
@@ -238,13 +267,13 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "set while the log was written (a correction, a change to summer time, an overflow of its counter). The "
             "jump is taken out, and the recording goes on. Of a pair of jumps that cancel within {BACK_SAMPLES} "
             "samples or 1 % of the log it is enough that no signal jumps. Only an evenly sampled log is judged, and "
-            "all of it, whatever the window. A step forward of fewer than {LOST} samples is never taken out: there "
-            "rows were lost.",
+            "all of it, whatever the window. A step forward of fewer than {LOST_ROWS} samples is never taken out: "
+            "there rows were lost.",
             "Nothing to do. A clock that only counts up (monotonic) does not jump.",
         ),
         "clock-restart": (
-            "The clock jumps back: several recordings follow each other in one file, or it was set while a log was "
-            "written that is read in chunks. Each becomes a piece of its own, "
+            "The clock jumps back: several recordings follow each other in one file, or it was set while a long log "
+            "was written. Each becomes a piece of its own, "
             "with unknown memory at its start. More than "
             "{MAX_RESTARTS} jumps in more than 1 % of the rows are refused.",
             "Split the log, or add a column `run`.",
@@ -256,11 +285,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "missing there, or the clock was set; in a log with a row per event, nothing need be missing.",
             "Cut with `--from` and `--to` if one side is enough.",
         ),
-        "streamed": (
-            "The log was read in chunks because it is large, or because `--stream` said so. What needs the whole log "
-            "at once was not done: false values stay in unless they lie far beyond all others, angles are not "
-            "unwrapped, rows are not sorted, and a jump of the clock that is not taken back is a break.",
-            "None, if the log is clean. Otherwise clean it, or identify a part that fits into memory.",
+        "thinned": (
+            "The log is long: its file has more than 64 MB, and it has more than {MOST_ROWS} rows. One in so "
+            "many rows stands for it, and beside them the rows where the input turns and those at gaps.",
+            "None, unless something quicker than the step between these rows matters: then name a window with "
+            "`--from` and `--to`.",
         ),
         "two-clocks": (
             "Input and output were logged on different clocks (or in turns: fewer than "
@@ -361,15 +390,15 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Warm up before logging, or leave out the first cycles with `--from`.",
         ),
         "output-late": (
-            "Once the output is moved ahead, by {LEAST_SHIFT} samples or more, the sum of elements that was chosen, "
-            "creep and rate in it, errs less than {LATE:%} as much on blocks left out, as a dead time, or a lag of a "
-            "sensor or a filter, makes it. Looked for by `--family auto` where the input turns more often than there "
-            "are blocks.",
+            "Once the output is moved ahead, by {LEAST_SHIFT} samples or more, the error of the chosen sum of "
+            "elements, creep and rate in it, falls below {LATE_ERROR:%} on blocks left out: a dead time, or a lag of "
+            "a sensor or a filter, has this effect. Looked for by `--family auto` where the input turns more often "
+            "than there are blocks.",
             "Log both columns by one clock, unfiltered, or move one. If the actuator itself is late, `--for simulate` "
             "takes the dead time into the model (`dead_time_s`); give a compensator its reference that much ahead.",
         ),
         "output-early": (
-            "The same with the output moved back, where the error falls to {EARLY:%}: the input was logged late.",
+            "The same with the output moved back, where the error falls to {EARLY_ERROR:%}: the input was logged late.",
             "Log both columns by one clock, unfiltered, or move the input ahead.",
         ),
     },
@@ -417,9 +446,9 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "enough, and what that costs. Take it, or smooth the reference.",
         ),
         "plays-only": (
-            "`--family auto` was given a setting of plays, or the log was read in chunks: only plays and the curve "
-            "were compared, no sums of elements with creep, rate or maps.",
-            "Leave the setting out, or take a part of a long log that fits into memory.",
+            "`--family auto` was given a setting of plays: only plays and the curve were compared, no sums of elements "
+            "with creep, rate or maps.",
+            "Leave the setting out.",
         ),
         "paper-bound": (
             "The bound of `--family pi` is the paper's, w_1 >= 0.001, which has the unit of output over input. In the "
@@ -483,11 +512,6 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "The compensator of a sheared loop misses the applied input by more than {POOR_PERCENT} % of its range "
             "(rms). The errors of the output look better than they are: the loop sees the output in its input.",
             "Log more loops of different size, with holds; look at creep and rate.",
-        ),
-        "shear-not-better": (
-            "With `--shear auto` the inverse of the sheared loop misses more of the applied input than that of a "
-            "family without a shear. A shear is for loops whose backbone was taken off.",
-            "Leave `--shear` out and take the family that is named.",
         ),
         "recordings-differ": (
             "Recordings fitted together are not of one condition: they lie more than {LEVELS_APART:%} of the output's "
@@ -584,7 +608,7 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         ),
         "schedule-no-gain": (
             "Weights that depend on the load or the mean pressure do not lower the error on held-out blocks by "
-            "{WORTH:%}.",
+            "{TERM_WORTH:%}.",
             "Leave the column out, or log with more values of it.",
         ),
     },
@@ -618,7 +642,7 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "The model depends on rate or time, and the signal moves more than {FASTER} times as fast as the log that "
             "it was fitted to, both in ranges a second. Compared are the fast strokes: what takes {SLOWER:%} of the "
             "way is slower. Models that were identified before this was kept bring no warning. In Python: "
-            "`dehyst.models.speed.faster_than_log`.",
+            "`dehyst.models.kit.faster_than_log`.",
             "Log at that speed: the message has the `dehyst design --rate` line. Or go more slowly.",
         ),
         "memory-carried": (
@@ -637,8 +661,9 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Send it that much earlier.",
         ),
         "memory-unknown": (
-            "With `--unknown-state` nothing is assumed of the past: the column is the middle of a band, which closes "
-            "with every stroke.",
+            "With `--unknown-state` nothing is assumed of the past, or for models without a bound that it was between "
+            "rest and strokes over the whole range. The column is the middle of a band, which closes with every "
+            "stroke.",
             "Begin with a stroke over the whole range, or a homing; `--past LO HI` tells the range of travel.",
         ),
         "round-trip": (
@@ -661,6 +686,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Operators of weight zero are about to be exported: they cost memory and time on the target and change "
             "nothing.",
             "Add `--prune`, which is exact.",
+        ),
+        "smaller-for-period": (
+            "With `--processor` the best model of the log would take longer for a step than its period there. A "
+            "smaller one was identified, which keeps it and errs more; the message has both errors.",
+            "Nothing, if the error is small enough; else the `--period` that the message names, or a faster processor.",
         ),
         "step-exceeds-period": (
             "A step of the exported unit takes longer than its period on a processor, at the clock of a usual chip "
@@ -806,7 +836,7 @@ def raised() -> set[str]:
     ValueError
         If a code is computed in a way that this function does not know.
     """
-    return {code for path in SOURCE.rglob("*.py") for code in codes_in(path.read_text(encoding="utf-8"))}
+    return {code for path in modules() for code in codes_in(path.read_text(encoding="utf-8"))}
 
 
 def codes_in(text: str) -> set[str]:
@@ -819,8 +849,16 @@ def codes_in(text: str) -> set[str]:
     """
     found: set[str] = set()
     for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.Call) and _makes(node.func) and ast.unparse(node) != "Finding(code, message)":
-            code = node.args[0] if node.args else next(k.value for k in node.keywords if k.arg == "code")
+        if (
+            isinstance(node, ast.Call)
+            and _makes(node.func)
+            and ast.unparse(node) != "Finding(code, message)"
+        ):
+            code = (
+                node.args[0]
+                if node.args
+                else next(k.value for k in node.keywords if k.arg == "code")
+            )
             found |= _codes(code)
     return found
 
@@ -835,5 +873,7 @@ def _codes(code: ast.expr) -> set[str]:
         return {str(code.value)}
     text = ast.unparse(code)
     if not isinstance(code, ast.JoinedStr) or text.count("{") != text.count("{role}"):
-        raise ValueError(f"the code of a finding is computed, {text}: name it, or teach docs/generate/findings.py")
+        raise ValueError(
+            f"the code of a finding is computed, {text}: name it, or teach docs/generate/findings.py"
+        )
     return {text[2:-1].replace("{role}", role) for role in ROLES}

@@ -10,7 +10,11 @@ from pathlib import Path
 from statistics import median
 
 RESULT = Path(__file__).with_name("gains.csv")
-CONDITIONS, NAMES, TRIALS = ("realistic", "kind"), ("off", "paper", "best"), ("fast", "slow", "slow_no_integrator")
+CONDITIONS, NAMES, TRIALS = (
+    ("realistic", "kind"),
+    ("off", "paper", "best"),
+    ("fast", "slow", "slow_no_integrator"),
+)
 OFFSETS = "realistic without sensors"  # what no loop sees
 HEAD = "fast | slow | slow, no integrator |"
 Key = tuple[str, str, str, str, str]  # conditions, joints that move, joint, mechanism, seed
@@ -23,7 +27,10 @@ def read() -> tuple[dict[Key, Cells], dict[Key, dict[str, float]]]:
     highest: dict[Key, dict[str, float]] = defaultdict(dict)
     with RESULT.open(encoding="utf-8", newline="") as file:
         for r in csv.DictReader(file):
-            key, top = (r["conditions"], r["moving"], r["joint"], r["mechanism"], r["seed"]), r["highest"] == "1"
+            key, top = (
+                (r["conditions"], r["moving"], r["joint"], r["mechanism"], r["seed"]),
+                r["highest"] == "1",
+            )
             pole = "highest" if top else f"{float(r['pole_1_s']):g}"
             cells[key][r["compensator"], pole, r["trial"]] = float(r["rms_mdeg"])
             if top:
@@ -31,10 +38,14 @@ def read() -> tuple[dict[Key, Cells], dict[Key, dict[str, float]]]:
     return cells, highest
 
 
-def grouped(cells: dict[Key, Cells], parts: int, shown: tuple[str, ...] = CONDITIONS) -> dict[Key, list[Key]]:
+def grouped(
+    cells: dict[Key, Cells], parts: int, shown: tuple[str, ...] = CONDITIONS
+) -> dict[Key, list[Key]]:
     """Cases of some plants by the first parts of their key: realistic first, joints alone first."""
     groups: dict[Key, list[Key]] = defaultdict(list)
-    for key in sorted(cells, key=lambda k: (shown.index(k[0]) if k[0] in shown else 9, len(k[1]), k)):
+    for key in sorted(
+        cells, key=lambda k: (shown.index(k[0]) if k[0] in shown else 9, len(k[1]), k)
+    ):
         if key[0] in shown:
             groups[key[:parts]].append(key)
     return groups
@@ -50,9 +61,17 @@ def over_poles() -> str:
         for pole in sorted([*poles, "highest"], key=lambda p: top if p == "highest" else float(p)):
             name = f"**{top:.1f}**, highest" if pole == "highest" else pole
             name += " (no margins)" if pole != "highest" and float(pole) > top else ""
-            shown = " | ".join(_three([cells[key] for key in keys], pole, trial) for trial in TRIALS)
-            seeds = {key[4] for key in keys if any((found, pole) == at[:2] for at in cells[key] for found in NAMES)}
-            lines.append(f"| {conditions} | {_named(joint, moving)} | {name} | {shown} | {len(seeds)} |")
+            shown = " | ".join(
+                _three([cells[key] for key in keys], pole, trial) for trial in TRIALS
+            )
+            seeds = {
+                key[4]
+                for key in keys
+                if any((found, pole) == at[:2] for at in cells[key] for found in NAMES)
+            }
+            lines.append(
+                f"| {conditions} | {_named(joint, moving)} | {name} | {shown} | {len(seeds)} |"
+            )
     return "\n".join(lines)
 
 
@@ -62,7 +81,9 @@ def _named(joint: str, moving: str) -> str:
 
 def _three(cases: list[Cells], pole: str, trial: str) -> str:
     found = [[c[name, pole, trial] for c in cases if (name, pole, trial) in c] for name in NAMES]
-    return " → ".join("lost" if not v or any(map(math.isnan, v)) else _digits(median(v)) for v in found)
+    return " → ".join(
+        "lost" if not v or any(map(math.isnan, v)) else _digits(median(v)) for v in found
+    )
 
 
 def _digits(value: float) -> str:
@@ -77,19 +98,33 @@ def ratios() -> str:
         " highest: fast | slow | no integrator |",
         "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
-    seeds = defaultdict(list)  # of a plant without an effect only those rows that were run with all seeds
+    seeds = defaultdict(
+        list
+    )  # of a plant without an effect only those rows that were run with all seeds
     for key in cells:
         seeds[key[:4]].append(key[4])
-    told = {key: one for key, one in cells.items() if key[0] in CONDITIONS or len(seeds[key[:4]]) > 1}
-    for (conditions, moving, joint, mechanism), keys in grouped(told, 4, (*CONDITIONS, OFFSETS)).items():
+    told = {
+        key: one for key, one in cells.items() if key[0] in CONDITIONS or len(seeds[key[:4]]) > 1
+    }
+    for (conditions, moving, joint, mechanism), keys in grouped(
+        told, 4, (*CONDITIONS, OFFSETS)
+    ).items():
         tops = ", ".join(f"{median(highest[key][name] for key in keys):.1f}" for name in NAMES)
-        shown = " | ".join(_ratio([cells[key] for key in keys], pole, t) for pole in ("6", "highest") for t in TRIALS)
-        lines.append(f"| {conditions} | {_named(joint, moving)} | {mechanism} | {len(keys)} | {tops} | {shown} |")
+        shown = " | ".join(
+            _ratio([cells[key] for key in keys], pole, t)
+            for pole in ("6", "highest")
+            for t in TRIALS
+        )
+        lines.append(
+            f"| {conditions} | {_named(joint, moving)} | {mechanism} | {len(keys)} | {tops} | {shown} |"
+        )
     return "\n".join(lines)
 
 
 def _ratio(cases: list[Cells], pole: str, trial: str) -> str:
-    values = sorted(c["best", pole, trial] / c["off", pole, trial] for c in cases if ("off", pole, trial) in c)
+    values = sorted(
+        c["best", pole, trial] / c["off", pole, trial] for c in cases if ("off", pole, trial) in c
+    )
     if not values:
         return "-"
     spread = f" ({values[0]:.2f}-{values[-1]:.2f})" if len(values) > 1 else ""
@@ -99,14 +134,23 @@ def _ratio(cases: list[Cells], pole: str, trial: str) -> str:
 def effects() -> str:
     """The realistic plant with one effect switched off, slow trial, between the two plants as they are."""
     cells, highest = read()
-    of = [key for key in cells if " without " in key[0] and (key[1], *key[3:]) == ("2", "preisach", "0")]
+    of = [
+        key
+        for key in cells
+        if " without " in key[0] and (key[1], *key[3:]) == ("2", "preisach", "0")
+    ]
     lines = [
         "| realistic plant without | highest pole | slow at 6: off → paper → best | best/off | slow at the highest |"
         " best/off |",
         "|---|---|---|---|---|---|",
     ]
     for key in [("realistic", *of[0][1:]), *of, ("kind", *of[0][1:])]:
-        name = {"realistic": "nothing", "kind": "all of it: kind"}.get(key[0], key[0].partition(" without ")[2])
-        shown = [f"{_three([cells[key]], p, 'slow')} | {_ratio([cells[key]], p, 'slow')}" for p in ("6", "highest")]
+        name = {"realistic": "nothing", "kind": "all of it: kind"}.get(
+            key[0], key[0].partition(" without ")[2]
+        )
+        shown = [
+            f"{_three([cells[key]], p, 'slow')} | {_ratio([cells[key]], p, 'slow')}"
+            for p in ("6", "highest")
+        ]
         lines.append(f"| {name} | {highest[key]['off']:.1f} | {' | '.join(shown)} |")
     return "\n".join(lines)

@@ -1,6 +1,6 @@
 """The mechanism of the example log, driven by pressure: what a compensator meets on the simulated joint.
 
-`dehyst.io.example` computes the pressure that an angle takes. Here the same equations (elastic backbone,
+`dehyst.io._example` computes the pressure that an angle takes. Here the same equations (elastic backbone,
 40 friction elements, three creep branches) are solved for the angle that a pressure gives, without sensor noise.
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.io import example as law
+from dehyst.io import _example as law
 
 Array = npt.NDArray[np.float64]
 

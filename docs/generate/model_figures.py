@@ -14,13 +14,24 @@ from matplotlib.figure import Figure
 import dehyst
 from dehyst import families
 from dehyst.models import ModelCard, SignalCard
-from dehyst.robot import muscles
+from dehyst_robot import muscles
 
 Array = npt.NDArray[np.float64]
 
 BLUE, ORANGE, GREY, MUTED = "#0072b2", "#d55e00", "#8a939e", "#566170"
 SAMPLES = 150  # of a stroke
-TURNS = (0.0, 1.0, -1.0, 0.8, -0.7, 0.1, 0.5, 0.1, 0.9, -1.0)  # a virgin curve, strokes, a minor loop
+TURNS = (
+    0.0,
+    1.0,
+    -1.0,
+    0.8,
+    -0.7,
+    0.1,
+    0.5,
+    0.1,
+    0.9,
+    -1.0,
+)  # a virgin curve, strokes, a minor loop
 SPEEDS = ((8.0, BLUE, "slow"), (0.5, ORANGE, "16 times faster"))  # seconds a stroke
 PRESSURES = (1e5, 3e5, 5e5)
 STEPS = 241
@@ -33,7 +44,7 @@ def figures() -> dict[str, Callable[[], Figure]]:
         drawn[f"models/{name}"] = partial(_loop_figure, model)
     for name in families.names():
         drawn[f"models/{name}"] = partial(_family_figure, name)
-    for name in muscles.names():
+    for name in muscles.muscle_names():
         drawn[f"models/muscle-{name}"] = partial(_muscle_figure, name)
     return drawn
 
@@ -49,10 +60,14 @@ def _identified() -> dict[str, Any]:
     plain = dehyst.PrandtlIshlinskii([0.0, 0.1, 0.25, 0.5, 0.8], [0.35, 0.2, 0.2, 0.2, 0.2])
     leading = dehyst.PrandtlIshlinskii([0.0, 0.1, 0.25, 0.5], [1.8, -0.4, -0.3, -0.2])
     bend = dehyst.MonotoneMap([-1.2, -0.5, 0.0, 0.5, 1.2], [-0.75, -0.55, 0.0, 0.4, 0.55])
-    card = ModelCard(SignalCard("input", low=-1.3, high=1.3), SignalCard("output", low=-1.0, high=1.0))
-    direct = dehyst.DirectInverse(radii=[0.1, 0.3, 0.6], stop_weights=[0.4, 0.3, 0.2], polynomial=[0, 0.8], card=card)
+    card = ModelCard(
+        SignalCard("input", low=-1.3, high=1.3), SignalCard("output", low=-1.0, high=1.0)
+    )
+    direct = dehyst.models.DirectInverse(
+        radii=[0.1, 0.3, 0.6], stop_weights=[0.4, 0.3, 0.2], polynomial=[0, 0.8], card=card
+    )
     return {
-        "static": dehyst.StaticCurve(dehyst.MonotoneMap([-1.0, 0.0, 1.0], [-0.7, 0.1, 0.8])),
+        "static": dehyst.models.StaticCurve(dehyst.MonotoneMap([-1.0, 0.0, 1.0], [-0.7, 0.1, 0.8])),
         "pi": plain,
         "pi-cumulative": leading,
         "modified-pi": dehyst.models.ModifiedPrandtlIshlinskii(plain, after=bend),
@@ -63,7 +78,7 @@ def _identified() -> dict[str, Any]:
 
 def _loop_figure(model: Any) -> Figure:
     x = oscillation()
-    if isinstance(model, dehyst.DirectInverse):
+    if isinstance(model, dehyst.models.DirectInverse):
         return _draw(
             x,
             [
@@ -89,7 +104,9 @@ def _family_figure(name: str) -> Figure:
     return _draw(x, lines)
 
 
-def _draw(x: Array, lines: list[tuple[Array, str, str]], across: str = "input", up: str = "output") -> Figure:
+def _draw(
+    x: Array, lines: list[tuple[Array, str, str]], across: str = "input", up: str = "output"
+) -> Figure:
     figure = Figure(figsize=(7.2, 2.9), layout="constrained")
     loop, course = figure.subplots(1, 2, width_ratios=(1.0, 1.35))
     stroke = np.arange(x.size) / SAMPLES

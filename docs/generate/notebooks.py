@@ -28,12 +28,21 @@ def true_notebook(text: str, redraw: bool) -> str:
     book, before = (nbformat.reads(text, as_version=4) for _ in range(2))
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
     with tempfile.TemporaryDirectory() as folder:
-        private = Config(KernelManager={"transport": "ipc", "ip": f"{folder}/kernel"})  # no port that others can reach
+        private = Config(
+            KernelManager={"transport": "ipc", "ip": f"{folder}/kernel"}
+        )  # no port that others can reach
         here = {"metadata": {"path": folder}}
         client = nbclient.NotebookClient(
-            book, timeout=600, resources=here, record_timing=False, coalesce_streams=True, config=private
+            book,
+            timeout=600,
+            resources=here,
+            record_timing=False,
+            coalesce_streams=True,
+            config=private,
         )
-        client.execute(env={**os.environ, "PATH": path, "COLUMNS": WIDTH, "NO_COLOR": "1", "TERM": "dumb"})
+        client.execute(
+            env={**os.environ, "PATH": path, "COLUMNS": WIDTH, "NO_COLOR": "1", "TERM": "dumb"}
+        )
     for cell, old in zip(book.cells, before.cells, strict=True):
         if cell.cell_type != "code":
             continue
@@ -56,12 +65,18 @@ def true_notebook(text: str, redraw: bool) -> str:
 
 def _same(old: Any, new: Any) -> bool:
     kinds = [set(one.get("data", {})) for one in (old, new)]
-    return old.output_type == new.output_type and kinds[0] == kinds[1] and agree(_said(old), _said(new))
+    return (
+        old.output_type == new.output_type
+        and kinds[0] == kinds[1]
+        and agree(_said(old), _said(new))
+    )
 
 
 def _said(output: Any) -> str:
     """What an output prints, without its picture."""
-    return COLOUR.sub("", "".join(output.get("text", "") or output.get("data", {}).get("text/plain", "")))
+    return COLOUR.sub(
+        "", "".join(output.get("text", "") or output.get("data", {}).get("text/plain", ""))
+    )
 
 
 def printed(path: Path) -> str:
@@ -79,17 +94,27 @@ def as_markdown(path: Path) -> str:
             parts.append(source)
             continue
         shell = source.startswith("%%sh\n")
-        parts.append(f"```{'sh' if shell else 'python'}\n{source.removeprefix('%%sh' + chr(10))}\n```")
+        parts.append(
+            f"```{'sh' if shell else 'python'}\n{source.removeprefix('%%sh' + chr(10))}\n```"
+        )
         for output in cell["outputs"]:
             data = {kind: "".join(value) for kind, value in output.get("data", {}).items()}
             if "text/html" in data:
-                parts.append(f"<div data-search-exclude>{' '.join(data['text/html'].split())}</div>")
+                parts.append(
+                    f"<div data-search-exclude>{' '.join(data['text/html'].split())}</div>"
+                )
             elif "image/png" in data:
                 picture = "".join(data["image/png"].split())
-                parts.append(f'<img alt="What the cell above draws" src="data:image/png;base64,{picture}">')
+                parts.append(
+                    f'<img alt="What the cell above draws" src="data:image/png;base64,{picture}">'
+                )
             else:
                 lines = _said(output).rstrip().split("\n")
-                wrapped = [textwrap.fill(line, 80) if len(line) > int(WIDTH) else line for line in lines]
+                wrapped = [
+                    textwrap.fill(line, 80) if len(line) > int(WIDTH) else line for line in lines
+                ]
                 parts.append("\n".join(["```text", *wrapped, "```"]))
-    note = f"*This page is a notebook: [download it]({path.name}), or open it from `docs/notebooks/`.*"
+    note = (
+        f"*This page is a notebook: [download it]({path.name}), or open it from `docs/notebooks/`.*"
+    )
     return "\n\n".join(["---\nhide: [toc]\n---", parts[0], note, *parts[1:]]) + "\n"

@@ -39,5 +39,7 @@ def _real(runs: list[dict[str, Any]]) -> list[str]:
             name = run["name"] if len(run["logs"]) == 1 else f"{run['name']}, {log['log']}"
             left = ", not fitted at all" if log["tested"] else ""
             told = f"{len(run['told'])} of {run['numbers']}"
-            lines.append(f"| {name}{left} | {log['span']:.4g} {log['unit']} | {' | '.join(cells)} | {told} |")
+            lines.append(
+                f"| {name}{left} | {log['span']:.4g} {log['unit']} | {' | '.join(cells)} | {told} |"
+            )
     return lines

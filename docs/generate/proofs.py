@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
+KERNEL = ROOT / "packages" / "dehyst"
 RESULT = ROOT / "proofs" / "results.json"
 WORDS = {True: "", False: "**does not hold**: ", None: ""}
 
@@ -21,7 +22,10 @@ def table() -> str:
     if not RESULT.exists():
         return "(Not run yet: `make proofs`)"
     entries: list[dict[str, Any]] = json.loads(RESULT.read_text(encoding="utf-8"))["proofs"]
-    lines = ["| proof | claim | tool | extent | result | s | core, date |", "|---|---|---|---|---|---:|---|"]
+    lines = [
+        "| proof | claim | tool | extent | result | s | core, date |",
+        "|---|---|---|---|---|---:|---|",
+    ]
     lines += [_row(entry) for entry in entries]
     return "\n".join(lines)
 
@@ -48,7 +52,7 @@ def page() -> str:
 
 def deviations() -> str:
     """Every rule of MISRA C 2012, and every other note of cppcheck, from which the core deviates, with the reason."""
-    listed = json.loads((ROOT / "core" / "misra.json").read_text(encoding="utf-8"))
+    listed = json.loads((KERNEL / "core" / "misra.json").read_text(encoding="utf-8"))
     lines = ["| rule | places | reason |", "|---|---:|---|"]
     for rule, entry in listed.items():
         lines.append(f"| {rule} | {sum(entry['files'].values())} | {entry['reason']} |")

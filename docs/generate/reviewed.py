@@ -14,7 +14,12 @@ from typing import Any
 from matplotlib.figure import Figure
 
 RESULT = Path(__file__).resolve().parents[2] / "benchmarks" / "results" / "reviewed.json"
-PLANTS = {"maxwell-slip": "Maxwell slip", "preisach": "Preisach", "dahl": "Dahl", "bouc-wen": "Bouc-Wen"}
+PLANTS = {
+    "maxwell-slip": "Maxwell slip",
+    "preisach": "Preisach",
+    "dahl": "Dahl",
+    "bouc-wen": "Bouc-Wen",
+}
 CONTROLLERS = {
     "paper": "the paper's",
     "vo-minh": "Vo-Minh's cascade",
@@ -22,7 +27,9 @@ CONTROLLERS = {
     "one-valve": "one valve",
     "pid": "PID",
 }
-OWN = {"vo-minh": "maxwell-slip"}  # what a controller was published with; the others without a compensator
+OWN = {
+    "vo-minh": "maxwell-slip"
+}  # what a controller was published with; the others without a compensator
 GREY, BLUE, GREEN = "#8a939e", "#0072b2", "#007a5a"
 Row = dict[str, Any]
 
@@ -34,15 +41,29 @@ def result() -> Row:
     return found
 
 
-def runs(plant: str, controller: str, compensator: str, trial: str = "slow", tuned: bool = False) -> list[Row]:
+def runs(
+    plant: str, controller: str, compensator: str, trial: str = "slow", tuned: bool = False
+) -> list[Row]:
     """Runs of all seeds; `tuned`: with the gain that the ladder chose."""
     factor = result()["tuning"]["chosen"][controller] if tuned else 1.0
-    wanted = {"plant": plant, "controller": controller, "compensator": compensator, "trial": trial, "factor": factor}
-    return [row for row in result()["controllers"] if all(row[key] == value for key, value in wanted.items())]
+    wanted = {
+        "plant": plant,
+        "controller": controller,
+        "compensator": compensator,
+        "trial": trial,
+        "factor": factor,
+    }
+    return [
+        row
+        for row in result()["controllers"]
+        if all(row[key] == value for key, value in wanted.items())
+    ]
 
 
 def _derived() -> list[Row]:
-    return [row for row in result()["controllers"] if row["factor"] == 1.0 and row["trial"] == "slow"]
+    return [
+        row for row in result()["controllers"] if row["factor"] == 1.0 and row["trial"] == "slow"
+    ]
 
 
 def figures(found: list[Row]) -> tuple[float, float] | None:
@@ -56,13 +77,21 @@ def cell(found: list[Row]) -> str:
     """Rms and largest error as written."""
     told = figures(found)
     return (
-        "failed" if any("failed" in row for row in found) else "" if told is None else f"{told[0]:.4f}, {told[1]:.3f}"
+        "failed"
+        if any("failed" in row for row in found)
+        else ""
+        if told is None
+        else f"{told[0]:.4f}, {told[1]:.3f}"
     )
 
 
 def table(head: list[str], rows: list[list[str]]) -> list[str]:
     """Lines of a table."""
-    return [f"| {' | '.join(head)} |", "|---" * len(head) + "|", *(f"| {' | '.join(row)} |" for row in rows)]
+    return [
+        f"| {' | '.join(head)} |",
+        "|---" * len(head) + "|",
+        *(f"| {' | '.join(row)} |" for row in rows),
+    ]
 
 
 def page() -> str:
@@ -78,7 +107,10 @@ def run_on(found: list[Row]) -> list[str]:
 
 def seeds(found: list[Row]) -> str:
     """How many seeds each plant was run with, in words."""
-    told = {title: len({row["seed"] for row in found if row["plant"] == plant}) for plant, title in PLANTS.items()}
+    told = {
+        title: len({row["seed"] for row in found if row["plant"] == plant})
+        for plant, title in PLANTS.items()
+    }
     return ", ".join(f"{title} {count}" for title, count in told.items() if count)
 
 
@@ -99,7 +131,9 @@ def tuned() -> tuple[str, list[str]]:
     rows = []
     for name, title in CONTROLLERS.items():
         own = told["with"][name]
-        ladder = ", ".join("failed" if rms is None else f"{rms:.4f}" for _, rms, _ in told["ladders"][name])
+        ladder = ", ".join(
+            "failed" if rms is None else f"{rms:.4f}" for _, rms, _ in told["ladders"][name]
+        )
         after = [figures(runs(plant, name, own, tuned=True)) for plant in list(PLANTS)[:3]]
         said = ["failed" if one is None else f"{one[0]:.4f}" for one in after]
         cost = result()["period_ns"][name]
@@ -107,10 +141,17 @@ def tuned() -> tuple[str, list[str]]:
                      f"{cost['off']:.0f}", f"{cost[own if own != 'off' else 'paper']:.0f}"])  # fmt: skip
     factors = ", ".join(f"{factor:g}" for factor, _, _ in told["ladders"]["paper"])
     plants = [f"{title}, tuned" for title in list(PLANTS.values())[:3]]
-    head = ["controller", "as published with", "numbers to choose", f"rms [deg] at gains x {factors}", "chosen"]
+    head = [
+        "controller",
+        "as published with",
+        "numbers to choose",
+        f"rms [deg] at gains x {factors}",
+        "chosen",
+    ]
     head += [*plants, "ns a period, off", "on"]
-    return "Effort: five slow trials on a joint that is not among those of the tables, then rms [deg] on these.", table(
-        head, rows
+    return (
+        "Effort: five slow trials on a joint that is not among those of the tables, then rms [deg] on these.",
+        table(head, rows),
     )
 
 
@@ -125,7 +166,10 @@ def other_trials() -> tuple[str, list[str]]:
             ("fast", "paper"),
             ("slow", "creep"),
         ):
-            found = [[row for row in runs(plant, name, one, trial) if row["seed"] == 0] for plant in list(PLANTS)[:3]]
+            found = [
+                [row for row in runs(plant, name, one, trial) if row["seed"] == 0]
+                for plant in list(PLANTS)[:3]
+            ]
             rows.append([title, trial.replace("_", " "), one, *map(cell, found)])
     head = ["controller", "trial", "compensator", *list(PLANTS.values())[:3]]
     return "Other trials, seed 0: rms, largest error [deg].", table(head, rows)
@@ -145,7 +189,11 @@ def models() -> tuple[str, list[str]]:
         for plant in plants:
             of = [row["errors"]["slow"] for row in fitted if row["plant"] == plant]
             errors.append(cell(of))
-        bare = [row["errors"]["slow_no_integrator"] for row in fitted if "slow_no_integrator" in row["errors"]]
+        bare = [
+            row["errors"]["slow_no_integrator"]
+            for row in fitted
+            if "slow_no_integrator" in row["errors"]
+        ]
         without = figures(bare)
         ways = "/".join(dict.fromkeys(row["way"] for row in fitted))
         costs = [row["sample_ns"] for row in fitted if row["sample_ns"]]
@@ -157,7 +205,16 @@ def models() -> tuple[str, list[str]]:
         ])  # fmt: skip
     rows.sort(key=_slow)
     titles = [PLANTS[plant] for plant in plants]
-    head = ["model", "way", "values", "left on unseen loops", *titles, "no integrator, rms", "fit [s]", "ns a sample"]
+    head = [
+        "model",
+        "way",
+        "values",
+        "left on unseen loops",
+        *titles,
+        "no integrator, rms",
+        "fit [s]",
+        "ns a sample",
+    ]
     said = f"Models in the paper's controller, slow trial: rms, largest error [deg]; seeds: {seeds(found)}."
     return said, table(head, rows)
 
@@ -185,7 +242,9 @@ def figure() -> Figure:
                 if told is not None:
                     y = -row - 0.22 * (shift - 1)
                     axes.plot(told, (y, y), color=colour, lw=1.2, alpha=0.6)
-                    axes.plot(told[0], y, "o", color=colour, ms=6, label=label if row == 0 else None)
+                    axes.plot(
+                        told[0], y, "o", color=colour, ms=6, label=label if row == 0 else None
+                    )
                     axes.plot(told[1], y, "|", color=colour, ms=9, mew=2)
         axes.set(title=PLANTS[plant], xscale="log", xlabel="error [deg]")
         axes.set_yticks([-row for row in range(len(CONTROLLERS))], list(CONTROLLERS.values()))

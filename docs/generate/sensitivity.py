@@ -12,8 +12,9 @@ import csv
 from pathlib import Path
 from typing import Any
 
-from dehyst.robot.experiments.sweep import expand, load_sweep
-from dehyst.robot.experiments.sweep.points import Summary, summarise
+from dehyst_robot.experiments import Summary
+from dehyst_robot.experiments._sweep.points import expand_points, summarise
+from dehyst_robot.experiments._sweep.spec import load_sweep
 
 SWEEP = Path(__file__).resolve().parents[2] / "examples" / "sensitivity.toml"
 RESULT = Path(__file__).with_name("sensitivity.csv")
@@ -26,12 +27,12 @@ def table() -> str:
     if not RESULT.exists():
         return f"(Not run yet: `{COMMAND}`)"
     spec = load_sweep(SWEEP)
-    points = expand(spec)
+    points = expand_points(spec)
     with RESULT.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     told = [(row["study"], int(row["seed"])) for row in rows]
     if told != [(point.study, point.seed) for point in points]:
-        raise ValueError(f"{RESULT.name} is not of {SWEEP.name}. Type: {COMMAND} --restart --overwrite")
+        raise ValueError(f"{RESULT.name} is not of {SWEEP.name}. Type: {COMMAND} --overwrite")
     columns: dict[str, list[Any]] = {name: [_value(row[name]) for row in rows] for name in rows[0]}
     columns["error"] = [row["error"] for row in rows]
     found = summarise(spec, points, columns)

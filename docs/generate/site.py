@@ -33,6 +33,10 @@ MOVED = {
     "CHANGELOG.md": "changes.md",
     "SECURITY.md": "security.md",
     "benchmarks/README.md": "benchmarks.md",
+    "packages/dehyst/README.md": "packages/dehyst.md",
+    "packages/dehyst-targets/README.md": "packages/dehyst-targets.md",
+    "packages/dehyst-robot/README.md": "packages/dehyst-robot.md",
+    "packages/dehyst-studio/README.md": "packages/dehyst-studio.md",
 }
 LINK = re.compile(r"""(\]\(|(?:src|href)=")(?!\w+:|#)([^)#"\s]+)""")
 FENCE = re.compile(r"(?ms)^(`{3,})[^\n]*\n.*?^\1$")
@@ -52,7 +56,9 @@ def goal(source: str, target: str) -> str:
 def page(source: str) -> str:
     """Return a page of the repository with the links of the site, outside of code."""
     path = ROOT / source
-    text = notebooks.as_markdown(path) if path.suffix == ".ipynb" else path.read_text(encoding="utf-8")
+    text = (
+        notebooks.as_markdown(path) if path.suffix == ".ipynb" else path.read_text(encoding="utf-8")
+    )
     here = posixpath.dirname(place(source))
 
     def moved(match: re.Match[str]) -> str:
@@ -67,7 +73,10 @@ def order() -> list[Any]:
     """Return the pages as docs/index.md, the page of models and that of decisions list them."""
 
     def listed(source: str, text: str) -> list[str]:
-        return [place(goal(source, target)) for target in dict.fromkeys(re.findall(r"\]\(([^)#\s]+)", text))]
+        return [
+            place(goal(source, target))
+            for target in dict.fromkeys(re.findall(r"\]\(([^)#\s]+)", text))
+        ]
 
     nav: list[Any] = [{"dehyst": ["index.md", "contents.md"]}]
     for section in re.split(r"(?m)^## ", (DOCS / "index.md").read_text(encoding="utf-8"))[1:]:
@@ -75,7 +84,12 @@ def order() -> list[Any]:
         pages: list[Any] = listed("docs/index.md", text)
         for index in {"reference/models/index.md", "decisions/README.md"} & set(pages):
             inside = listed(f"docs/{index}", (DOCS / index).read_text(encoding="utf-8"))
-            one = {"Models and controllers": [index, *(each for each in inside if each.startswith(index[:9]))]}
+            one = {
+                "Models and controllers": [
+                    index,
+                    *(each for each in inside if each.startswith(index[:9])),
+                ]
+            }
             pages[pages.index(index)] = one if "models" in index else index
             pages += [each for each in inside if each.startswith("decisions/")]
         nav.append({title: pages})
@@ -84,14 +98,25 @@ def order() -> list[Any]:
 
 def lay_out(folder: Path) -> Path:
     """Write the pages and what they link into a folder, and beside them the tool's file; return that."""
-    pages = [*MOVED, *(str(path.relative_to(ROOT)) for end in ("md", "ipynb") for path in DOCS.rglob(f"*.{end}"))]
+    pages = [
+        *MOVED,
+        *(
+            str(path.relative_to(ROOT))
+            for end in ("md", "ipynb")
+            for path in DOCS.rglob(f"*.{end}")
+        ),
+    ]
     files = [
         "CITATION.cff",
-        "src/dehyst/page/dehyst.html",
+        "packages/dehyst-studio/src/dehyst_studio/html/dehyst.html",
         *(str(path.relative_to(ROOT)) for path in DOCS.rglob("*.ipynb")),
     ]
     for path in (*(DOCS / "images").rglob("*"), *(ROOT / "examples").rglob("*")):
-        files += [str(path.relative_to(ROOT))] if path.is_file() and "__pycache__" not in path.parts else []
+        files += (
+            [str(path.relative_to(ROOT))]
+            if path.is_file() and "__pycache__" not in path.parts
+            else []
+        )
     for source in dict.fromkeys(pages):
         written = folder / "pages" / place(source)
         written.parent.mkdir(parents=True, exist_ok=True)
@@ -131,6 +156,8 @@ def build(out: Path) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--out", type=Path, default=ROOT / "site", help="folder of the site")
     build(parser.parse_args().out)

@@ -37,14 +37,18 @@ def page() -> str:
     if not RESULT.exists():
         return f"(Not run yet: `{COMMAND}`)"
     machine, how, *_ = table.head(result())
-    return "\n".join([f"{how[0].upper()}{how[1:]}; {machine}.", "", *PICTURE, "", *_limits(), *_times()])
+    return "\n".join(
+        [f"{how[0].upper()}{how[1:]}; {machine}.", "", *PICTURE, "", *_limits(), *_times()]
+    )
 
 
 def console() -> str:
     """What the command prints."""
     if not RESULT.exists():
         return f"(Not run yet: `{COMMAND}`)"
-    return "\n".join(["```text no-run", *(line.rstrip() for line in table.console(result())), "```"])
+    return "\n".join(
+        ["```text no-run", *(line.rstrip() for line in table.console(result())), "```"]
+    )
 
 
 def times(group: str, method: str, signal: str) -> float:
@@ -69,6 +73,10 @@ def _limits() -> list[str]:
 def _times() -> list[str]:
     lines: list[str] = []
     for group, (unit, signals, rows) in table.groups(result()).items():
-        lines += ["", f"| {group} [{unit}] | {' | '.join(signals)} |", "|---|" + "---:|" * len(signals)]
+        lines += [
+            "",
+            f"| {group} [{unit}] | {' | '.join(signals)} |",
+            "|---|" + "---:|" * len(signals),
+        ]
         lines += [f"| {name} | {' | '.join(cells)} |" for name, cells in rows.items()]
     return lines

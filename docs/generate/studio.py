@@ -22,7 +22,12 @@ def main() -> None:
 
     from dehyst.io import example_csv
 
-    browser = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
+    browser = next(
+        filter(
+            None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))
+        ),
+        None,
+    )
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as driver:
         log = Path(folder) / "elbow.csv"
         log.write_text(example_csv(0), encoding="utf-8")

@@ -25,19 +25,30 @@ def page() -> str:
     found: dict[str, Any] = json.loads(RESULT.read_text(encoding="utf-8"))
     compilers = "; ".join(dict.fromkeys(f"{entry['compiler']}" for entry in found.values()))
     head = f"Instructions of a step of the inverse of 14 operators, -O2 ({compilers}; `{COMMAND}`):"
-    return "\n".join([head, "", *_steps(found), "", *_sizes(found), "", *_elements(found), "", *_families(found)])
+    return "\n".join(
+        [head, "", *_steps(found), "", *_sizes(found), "", *_elements(found), "", *_families(found)]
+    )
 
 
 def _rows(found: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
-    return [(f"{entry['title']}: {real}", entry[real]) for entry in found.values() for real in ("float", "double")]
+    return [
+        (f"{entry['title']}: {real}", entry[real])
+        for entry in found.values()
+        for real in ("float", "double")
+    ]
 
 
 def _steps(found: dict[str, Any]) -> list[str]:
-    lines = [f"| | {' | '.join(COLUMNS.values())} | all signals, -Os | a map |", "|---|" + "---:|" * (len(COLUMNS) + 2)]
+    lines = [
+        f"| | {' | '.join(COLUMNS.values())} | all signals, -Os | a map |",
+        "|---|" + "---:|" * (len(COLUMNS) + 2),
+    ]
     for name, entry in _rows(found):
         row = entry["steps"][PLAYS]
         cells = [f"{row[key]:.0f}" for key in COLUMNS]
-        lines.append(f"| {name} | {' | '.join(cells)} | {entry['steps_os']['most']:.0f} | {entry['map']:.0f} |")
+        lines.append(
+            f"| {name} | {' | '.join(cells)} | {entry['steps_os']['most']:.0f} | {entry['map']:.0f} |"
+        )
     return lines
 
 
@@ -88,8 +99,16 @@ def _families(found: dict[str, Any]) -> list[str]:
         "|---|---:|" + "---:|" * 8,
     ]
     for name, both in found[machines[0][0]][machines[0][1]]["rows"].items():
-        rows = [found[machine][real]["rows"][name].get(what, {}) for machine, real in machines for what in both]
-        cells = [f"{value:.0f}" for row in rows for value in (row["typical"], max(row["most"], row["first"]))]
+        rows = [
+            found[machine][real]["rows"][name].get(what, {})
+            for machine, real in machines
+            for what in both
+        ]
+        cells = [
+            f"{value:.0f}"
+            for row in rows
+            for value in (row["typical"], max(row["most"], row["first"]))
+        ]
         parts = sum(count for part, count in both["forward"]["counts"].items() if "map" not in part)
         lines.append(f"| `{name}` | {parts} | {' | '.join(cells)} |")
     of = [

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import sys
 from collections import Counter
 from functools import cache
 from math import log
@@ -18,7 +19,12 @@ import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
-RESULT = Path(__file__).resolve().parents[2] / "benchmarks" / "results" / "compare.json"
+BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"
+sys.path.insert(0, str(BENCHMARKS))
+
+from compare import carried  # noqa: E402 - found through the path above
+
+RESULT = BENCHMARKS / "results" / "compare.json"
 MUTED, INK = "#566170", "#1b2530"
 COLOURS = ("#0a4a7a", "#5aa2d0", "#dbe9f3", "#f6d9bd", "#d55e00")
 SAME = 1.005  # times another error, up to which the two are called the same
@@ -48,7 +54,11 @@ def logs() -> dict[str, list[dict[str, Any]]]:
 def error(row: dict[str, Any], family: str) -> float:
     """Held-out error of a family on a run, percent of range; infinite where it could not be identified."""
     test = row["families"][family]["test"]
-    return float("inf") if test is None or test["rmse_percent"] is None else float(test["rmse_percent"])
+    return (
+        float("inf")
+        if test is None or test["rmse_percent"] is None
+        else float(test["rmse_percent"])
+    )
 
 
 def families() -> list[str]:
@@ -56,7 +66,9 @@ def families() -> list[str]:
     names = result()["logs"][0]["families"]
 
     def typical(name: str) -> float:
-        return median(median(error(row, name) / _best(row) for row in rows) for rows in logs().values())
+        return median(
+            median(error(row, name) / _best(row) for row in rows) for rows in logs().values()
+        )
 
     return sorted(names, key=typical)
 
@@ -68,8 +80,14 @@ def _best(row: dict[str, Any]) -> float:
 def _families() -> str:
     """Median held-out error of each family on each log; the smallest bold, those that tie with it starred."""
     of = logs()
-    heads = [f"{rows[0]['kind']}{f' ({len(rows)} runs)' if len(rows) > 1 else ''}" for rows in of.values()]
-    typical = {key: {name: median(error(row, name) for row in rows) for name in families()} for key, rows in of.items()}
+    heads = [
+        f"{rows[0]['kind']}{f' ({len(rows)} runs)' if len(rows) > 1 else ''}"
+        for rows in of.values()
+    ]
+    typical = {
+        key: {name: median(error(row, name) for row in rows) for name in families()}
+        for key, rows in of.items()
+    }
     lines = [f"| family | {' | '.join(heads)} |", "|---|" + "---|" * len(of)]
     for name in families():
         cells = []
@@ -110,7 +128,7 @@ def _carried() -> str:
         "|---|---|---|---|---|---|---|---|",
     ]
     for name, rows in logs().items():
-        pairs = [pair for pair in result()["carried"] if pair["log"] == name]
+        pairs = [pair for pair in carried(result()["logs"]) if pair["log"] == name]
         if not pairs:
             continue
         n = len(pairs)
@@ -130,7 +148,10 @@ def left_out(rows: list[dict[str, Any]]) -> list[tuple[dict[str, Any], str]]:
     """Each run, with the family that is best on all other runs of its log: the smallest geometric mean of its error."""
     found = []
     for left in rows:
-        means = {name: sum(log(error(row, name)) for row in rows if row is not left) for name in left["families"]}
+        means = {
+            name: sum(log(error(row, name)) for row in rows if row is not left)
+            for name in left["families"]
+        }
         found.append((left, min(means, key=lambda name: means[name])))
     return found
 
@@ -199,8 +220,12 @@ def figure() -> Figure:
     axes = drawn.subplots()
     shades = LinearSegmentedColormap.from_list("loss", COLOURS)
     shades.set_bad("#ffffff")
-    shown = np.ma.masked_invalid(np.log10(np.minimum(ratio, np.where(np.isfinite(ratio), WORST, np.inf))))
-    mesh = axes.pcolormesh(shown, cmap=shades, vmin=0.0, vmax=np.log10(WORST), edgecolors="white", linewidth=1.0)
+    shown = np.ma.masked_invalid(
+        np.log10(np.minimum(ratio, np.where(np.isfinite(ratio), WORST, np.inf)))
+    )
+    mesh = axes.pcolormesh(
+        shown, cmap=shades, vmin=0.0, vmax=np.log10(WORST), edgecolors="white", linewidth=1.0
+    )
     for y, name in enumerate(names):
         for x, row in enumerate(rows):
             entry = row["families"][name]

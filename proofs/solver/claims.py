@@ -50,7 +50,9 @@ class Bench:
 
     def same(self, a: list[Real], b: list[Real]) -> Any:
         """One real each: zeros of both signs differ, NaNs do not."""
-        return self.theory.all([self.theory.term(Kind.EQUAL, p.term, q.term) for p, q in zip(a, b, strict=True)])
+        return self.theory.all(
+            [self.theory.term(Kind.EQUAL, p.term, q.term) for p, q in zip(a, b, strict=True)]
+        )
 
     def prove(self, given: list[Any], program: Callable[[Machine], Any], claim: Callable[[Any], Any], *,
               anything: str = "") -> int:  # fmt: skip
@@ -65,7 +67,9 @@ class Bench:
             With the way on which the claim is wrong.
         """
         count = 0
-        for domain, result in runs(self.theory, lambda d: program(Machine(self.program, d)), anything):
+        for domain, result in runs(
+            self.theory, lambda d: program(Machine(self.program, d)), anything
+        ):
             count += 1
             wanted = claim(result)
             if wanted is not None:
@@ -84,20 +88,27 @@ class Bench:
 
 def operator(bench: Bench, n: int) -> Struct:
     """Return a Prandtl-Ishlinskii operator with r_1 = 0 and nothing else known."""
-    rows = {name: [bench.real(f"{name}{i}") for i in range(n)] for name in ("threshold", "slope", "loading")}
+    rows = {
+        name: [bench.real(f"{name}{i}") for i in range(n)]
+        for name in ("threshold", "slope", "loading")
+    }
     rows["threshold"][0] = bench.theory.value(0)
     return Struct(n=n, center=bench.real("center"), offset=bench.real("offset"), **rows)
 
 
 def some_map(bench: Bench, name: str, n: int) -> Struct:
     """Return a map of n points."""
-    return Struct(n=n, **{side: [bench.real(f"{name}_{side}{i}") for i in range(n)] for side in "uv"})
+    return Struct(
+        n=n, **{side: [bench.real(f"{name}_{side}{i}") for i in range(n)] for side in "uv"}
+    )
 
 
 def block(bench: Bench, n: int, points: int = 0) -> Struct:
     """Return a block of n operators between maps of so many points."""
     maps = {name: some_map(bench, name, points) for name in ("before", "after")}
-    ranges = {f"{name}_{end}": bench.real(f"{name}_{end}") for name in RANGES for end in ("low", "high")}
+    ranges = {
+        f"{name}_{end}": bench.real(f"{name}_{end}") for name in RANGES for end in ("low", "high")
+    }
     rest = {name: bench.real(name) for name in ("line_slope", "line_offset", "fade")}
     model = Struct(hysteresis=operator(bench, n), **maps)
     return Struct(model=model, start=[], fingerprint=0, **ranges, **rest)
@@ -105,8 +116,16 @@ def block(bench: Bench, n: int, points: int = 0) -> Struct:
 
 def state(bench: Bench, n: int, started: int = 1) -> Struct:
     """Return a block's state of which nothing is known."""
-    model = Struct(z=[bench.real(f"z{i}") for i in range(n)], output=bench.real("model_output"), flags=0)
-    return Struct(model=model, share=bench.real("share"), output=bench.real("output"), flags=0, started=started)
+    model = Struct(
+        z=[bench.real(f"z{i}") for i in range(n)], output=bench.real("model_output"), flags=0
+    )
+    return Struct(
+        model=model,
+        share=bench.real("share"),
+        output=bench.real("output"),
+        flags=0,
+        started=started,
+    )
 
 
 def copy_of(given: Struct) -> Struct:

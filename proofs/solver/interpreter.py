@@ -1,7 +1,7 @@
 """Runs the C text of the core, on numbers or on symbols.
 
-The proofs of this room speak about what is written in core/*.c, so nothing is translated by hand: the preprocessed
-text is parsed and interpreted. Over `numbers.Numbers` that is a slow C machine, compared in the tests with the compiled
+The proofs of this room speak about what is written in core/*.c, so nothing is translated by hand: the preprocessed text
+is parsed and interpreted. Over `numbers.Numbers` that is a slow C machine, compared in the tests with the compiled
 core bit for bit; over `symbols.Symbols` every real is a term of bit-exact IEEE arithmetic, and a condition that
 hangs on an input takes both ways, one run of the program after the other.
 
@@ -20,7 +20,7 @@ from typing import Any
 
 from pycparser import c_ast, c_parser
 
-CORE = Path(__file__).resolve().parents[2] / "core"
+CORE = Path(__file__).resolve().parents[2] / "packages" / "dehyst" / "core"
 UNSIGNED = (1 << 32) - 1
 
 
@@ -105,15 +105,30 @@ def preprocessed(path: Path, defines: tuple[str, ...]) -> str:
     """Return a file of the core as the parser sees it."""
     compiler = next((name for name in ("gcc", "clang", "cc") if shutil.which(name)), None)
     if compiler is None:
-        raise FileNotFoundError("no C compiler to preprocess the core with; on Debian: apt-get install gcc")
-    options = ["-E", "-P", "-std=c11", "-ffreestanding", "-U__GNUC__", *(f"-D{name}" for name in defines)]
-    done = subprocess.run([compiler, *options, str(path)], capture_output=True, text=True, check=True)
+        raise FileNotFoundError(
+            "no C compiler to preprocess the core with; on Debian: apt-get install gcc"
+        )
+    options = [
+        "-E",
+        "-P",
+        "-std=c11",
+        "-ffreestanding",
+        "-U__GNUC__",
+        *(f"-D{name}" for name in defines),
+    ]
+    done = subprocess.run(
+        [compiler, *options, str(path)], capture_output=True, text=True, check=True
+    )
     return done.stdout
 
 
 def whole(node: c_ast.Node) -> int:
     """A constant of an enumeration, which may have a sign."""
-    return -whole(node.expr) if isinstance(node, c_ast.UnaryOp) and node.op == "-" else integer(node.value)
+    return (
+        -whole(node.expr)
+        if isinstance(node, c_ast.UnaryOp) and node.op == "-"
+        else integer(node.value)
+    )
 
 
 def integer(text: str) -> int:
@@ -139,7 +154,11 @@ class Machine:
         try:
             self.run(function.body, frame)
         except _Return as back:
-            return self.domain.real(back.value) if self.is_real(function.decl.type.type) else back.value
+            return (
+                self.domain.real(back.value)
+                if self.is_real(function.decl.type.type)
+                else back.value
+            )
         return None
 
     # ---- statements
@@ -215,7 +234,11 @@ class Machine:
         inner = kind.type if isinstance(kind, c_ast.TypeDecl) else kind
         if isinstance(inner, c_ast.IdentifierType):
             named = self.program.types.get(inner.names[0])
-            return self.empty(named, frame) if named is not None and inner.names[0] != "dehyst_real" else None
+            return (
+                self.empty(named, frame)
+                if named is not None and inner.names[0] != "dehyst_real"
+                else None
+            )
         if isinstance(inner, c_ast.Union):
             return Union()
         if isinstance(inner, c_ast.Struct):
@@ -239,7 +262,9 @@ class Machine:
     def value(self, node: Any, frame: dict[str, Any]) -> Any:
         match node:
             case c_ast.Constant():
-                return integer(node.value) if "int" in node.type else self.domain.literal(node.value)
+                return (
+                    integer(node.value) if "int" in node.type else self.domain.literal(node.value)
+                )
             case c_ast.ID() if node.name not in frame:
                 return self.program.constants[node.name]
             case c_ast.ID() | c_ast.ArrayRef() | c_ast.StructRef():
@@ -274,7 +299,9 @@ class Machine:
                 return Pointer(base.where, base.key + int(self.value(node.subscript, frame)))
             case c_ast.StructRef():
                 owner = self.value(node.name, frame)
-                return Pointer(owner.load() if isinstance(owner, Pointer) else owner, node.field.name)
+                return Pointer(
+                    owner.load() if isinstance(owner, Pointer) else owner, node.field.name
+                )
             case c_ast.UnaryOp(op="*"):
                 found: Pointer = self.value(node.expr, frame)
                 return found
@@ -291,11 +318,17 @@ class Machine:
 
     def is_real(self, kind: Any) -> bool:
         inner = kind.type if isinstance(kind, c_ast.TypeDecl) else None
-        return isinstance(inner, c_ast.IdentifierType) and inner.names[0] in ("dehyst_real", "double", "float")
+        return isinstance(inner, c_ast.IdentifierType) and inner.names[0] in (
+            "dehyst_real",
+            "double",
+            "float",
+        )
 
     def ternary(self, node: Any, frame: dict[str, Any]) -> Any:
         condition = self.value(node.cond, frame)
-        if not self.domain.is_symbolic(condition) or not (simple(node.iftrue) and simple(node.iffalse)):
+        if not self.domain.is_symbolic(condition) or not (
+            simple(node.iftrue) and simple(node.iffalse)
+        ):
             return self.value(node.iftrue if self.decided(condition) else node.iffalse, frame)
         yes, no = self.value(node.iftrue, frame), self.value(node.iffalse, frame)
         if self.domain.is_real(yes) or self.domain.is_real(no):
@@ -326,7 +359,11 @@ class Machine:
             return before if node.op.startswith("p") else place.load()
         value = self.value(node.expr, frame)
         if node.op == "!":
-            return self.domain.negation(value) if self.domain.is_symbolic(value) else not self.decided(value)
+            return (
+                self.domain.negation(value)
+                if self.domain.is_symbolic(value)
+                else not self.decided(value)
+            )
         if node.op == "-":
             return self.domain.minus(value) if self.domain.is_real(value) else -value
         if node.op == "~":

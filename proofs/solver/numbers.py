@@ -56,11 +56,17 @@ class Numbers:
     def bitwise(self, op: str, left: Any, right: Any) -> Any:
         a, b = int(left), int(right)
         if op in ("<=", "<", ">=", ">", "==", "!="):
-            return {"<": a < b, "<=": a <= b, ">": a > b, ">=": a >= b, "==": a == b, "!=": a != b}[op]
+            return {"<": a < b, "<=": a <= b, ">": a > b, ">=": a >= b, "==": a == b, "!=": a != b}[
+                op
+            ]
         return self.pattern({"&": a & b, "|": a | b, "^": a ^ b, ">>": a >> b, "+": a + b}[op])
 
     def read_union(self, union: dict[str, Any], member: str) -> Any:
         ((written, value),) = union.items()
         if written == member:
             return value
-        return self.type(value).view(self.pattern) if member == "bits" else self.pattern(value).view(self.type)
+        return (
+            self.type(value).view(self.pattern)
+            if member == "bits"
+            else self.pattern(value).view(self.type)
+        )

@@ -66,12 +66,18 @@ def limits(quick: bool) -> tuple[str, str, str]:
     for precision in PRECISIONS[1:] if quick else PRECISIONS:
         bench = Bench(precision)
         for on, started, points in ((0, 1, 0),) if quick else ((0, 1, 0), (1, 1, 0)):
-            given_block, given_state, x = block(bench, 1, points), state(bench, 1, started), bench.real("x")
+            given_block, given_state, x = (
+                block(bench, 1, points),
+                state(bench, 1, started),
+                bench.real("x"),
+            )
             low, high = given_block["output_low"], given_block["output_high"]
             given = [bench.at_most(low, high), bench.within(given_state["output"], low, high)]
             ways += bench.prove(
                 given,
-                lambda m, p=given_block, s=given_state, x=x, on=on: m.call("dehyst_block_step", p, copy_of(s), x, on),
+                lambda m, p=given_block, s=given_state, x=x, on=on: m.call(
+                    "dehyst_block_step", p, copy_of(s), x, on
+                ),
                 lambda y, b=bench, low=low, high=high: b.within(y, low, high),
                 anything="+-*/",
             )
@@ -101,7 +107,10 @@ def rejected(quick: bool) -> tuple[str, str, str]:
             y, after = result
             if not after["flags"] & 1:
                 return b.plain(x)
-            now, before = [*after["model"]["z"], y, after["output"]], [*s["model"]["z"], s["output"], s["output"]]
+            now, before = (
+                [*after["model"]["z"], y, after["output"]],
+                [*s["model"]["z"], s["output"], s["output"]],
+            )
             return b.theory.all([b.theory.negation(b.plain(x)), b.same(now, before)])
 
         ways += bench.prove([], stepped, held, anything="+-*/")
@@ -110,7 +119,17 @@ def rejected(quick: bool) -> tuple[str, str, str]:
 
 PROOFS = (
     Proof("guard", "the guard takes x if and only if |x| <= its limit", guard),
-    Proof("play", "a play keeps to its band and an input twice changes nothing, in IEEE arithmetic", play),
-    Proof("limits", "a block's output lies within its range for any parameters and any state", limits),
-    Proof("rejected", "a rejected sample changes neither states nor output, and no other one is rejected", rejected),
+    Proof(
+        "play",
+        "a play keeps to its band and an input twice changes nothing, in IEEE arithmetic",
+        play,
+    ),
+    Proof(
+        "limits", "a block's output lies within its range for any parameters and any state", limits
+    ),
+    Proof(
+        "rejected",
+        "a rejected sample changes neither states nor output, and no other one is rejected",
+        rejected,
+    ),
 )

@@ -12,10 +12,23 @@ import bitwuzla
 from bitwuzla import Kind
 
 SIZES = {"double": (11, 53), "float": (8, 24)}
-COMPARE = {"<": Kind.FP_LT, "<=": Kind.FP_LEQ, ">": Kind.FP_GT, ">=": Kind.FP_GEQ, "==": Kind.FP_EQUAL}
+COMPARE = {
+    "<": Kind.FP_LT,
+    "<=": Kind.FP_LEQ,
+    ">": Kind.FP_GT,
+    ">=": Kind.FP_GEQ,
+    "==": Kind.FP_EQUAL,
+}
 NUMBERS = {"<": lt, "<=": le, ">": gt, ">=": ge, "==": eq, "!=": ne}
 COMPUTE = {"+": Kind.FP_ADD, "-": Kind.FP_SUB, "*": Kind.FP_MUL, "/": Kind.FP_DIV}
-BITWISE = {"&": Kind.BV_AND, "<=": Kind.BV_ULE, "<": Kind.BV_ULT, ">": Kind.BV_UGT, ">=": Kind.BV_UGE, "==": Kind.EQUAL}
+BITWISE = {
+    "&": Kind.BV_AND,
+    "<=": Kind.BV_ULE,
+    "<": Kind.BV_ULT,
+    ">": Kind.BV_UGT,
+    ">=": Kind.BV_UGE,
+    "==": Kind.EQUAL,
+}
 
 
 @dataclass(frozen=True)
@@ -58,13 +71,23 @@ class Theory:
         clean = text.rstrip("fFlL") if isinstance(text, str) else repr(float(text))
         number = float(clean)
         exact = number if abs(number) < 2**20 and number == int(number) else None
-        return Real(self.terms.mk_fp_value(self.sort, self.nearest, format(Decimal(clean), "f")), None, exact)
+        return Real(
+            self.terms.mk_fp_value(self.sort, self.nearest, format(Decimal(clean), "f")),
+            None,
+            exact,
+        )
 
     def term(self, kind: Any, *terms: Any) -> Any:
         return self.terms.mk_term(kind, list(terms))
 
     def all(self, terms: list[Any]) -> Any:
-        return self.terms.mk_true() if not terms else terms[0] if len(terms) == 1 else self.term(Kind.AND, *terms)
+        return (
+            self.terms.mk_true()
+            if not terms
+            else terms[0]
+            if len(terms) == 1
+            else self.term(Kind.AND, *terms)
+        )
 
     def negation(self, term: Any) -> Any:
         return self.term(Kind.NOT, term)
@@ -120,7 +143,9 @@ class Symbols:
         if op not in COMPUTE and left.number is not None and right.number is not None:
             return bool(NUMBERS[op](left.number, right.number))
         if op == "!=":
-            return Truth(self.theory.negation(self.theory.term(Kind.FP_EQUAL, left.term, right.term)))
+            return Truth(
+                self.theory.negation(self.theory.term(Kind.FP_EQUAL, left.term, right.term))
+            )
         if op in COMPARE:
             return Truth(self.theory.term(COMPARE[op], left.term, right.term))
         if op in self.anything:
@@ -152,7 +177,9 @@ class Symbols:
         return bits
 
 
-def runs(theory: Theory, program: Callable[[Symbols], Any], anything: str = "") -> Iterator[tuple[Symbols, Any]]:
+def runs(
+    theory: Theory, program: Callable[[Symbols], Any], anything: str = ""
+) -> Iterator[tuple[Symbols, Any]]:
     """Run a program in every way its conditions allow; impossible ways are among them and prove themselves."""
     waiting: list[list[bool]] = [[]]
     while waiting:

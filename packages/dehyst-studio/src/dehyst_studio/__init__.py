@@ -1,0 +1,1 @@
+"""dehyst in a browser, and beside a running machine: the page, the studio, watch."""

@@ -1,0 +1,414 @@
+// Binding of the core's sums of elements: runs, solutions and columns over arrays; gains follow the steps of time.
+#include <algorithm>
+#include <cmath>
+
+#include <nanobind/stl/optional.h>
+
+#include <optional>
+
+#include "arrays.h"
+#include "dehyst.h"
+#include "no_pickle.h"
+#include "sample.h"
+#include "stoppable.h"
+
+namespace {
+
+using Whole = nb::ndarray<const int32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Pairs = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>; // (2, n): arguments, values
+using Given = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+constexpr std::size_t kHead = 2;             // last x and last step, in front of the memory of the elements
+constexpr double kMostGrowth = 15.0 / 16.0;  // of a radius with x: below 1, so that every play still moves with x
+
+struct Map {
+    std::vector<double> u, v;
+    explicit Map(const Pairs &pairs)
+    {
+        require(pairs.shape(0) == 2, "a map is a row of arguments and a row of values");
+        const std::size_t n = pairs.shape(1);
+        u.assign(pairs.data(), pairs.data() + n);
+        v.assign(pairs.data() + n, pairs.data() + 2 * n);
+    }
+    dehyst_map view() const { return {static_cast<int32_t>(u.size()), u.data(), v.data()}; }
+};
+
+// What a step of time [s] makes of the memory. One of no length moves nothing that takes time, and widens nothing.
+double gain_of(int32_t kind, double time, double dt)
+{
+    if (kind == DEHYST_WIDE) return dt > 0.0 ? std::min(time / dt, kMostGrowth) : 0.0;
+    return time > 0.0 ? -std::expm1(-std::max(dt, 0.0) / time) : 1.0;
+}
+
+// The elements of one call, whose gains follow the steps of time.
+class Timed {
+  public:
+    Timed(const dehyst_elements &sum, const std::vector<double> &time)
+        : view(sum), element_(sum.element, sum.element + sum.n), time_(time)
+    {
+        view.element = element_.data();
+    }
+    Timed(const Timed &) = delete;
+    Timed &operator=(const Timed &) = delete;
+
+    void pass(double dt)
+    {
+        if (dt == passed_) return;
+        passed_ = dt;
+        for (std::size_t k = 0; k < element_.size(); ++k)
+            element_[k].gain = gain_of(element_[k].kind, time_[k], dt);
+    }
+
+    dehyst_elements view;
+
+  private:
+    std::vector<dehyst_element> element_;
+    const std::vector<double> &time_;
+    double passed_ = -1.0;
+};
+
+class ElementSum {
+  public:
+    ElementSum(const Whole &kind, const Whole &schedule, const In &radius, const In &time, const In &weight,
+               const Whole &points, const Pairs &map, double offset, const Pairs &before, const Pairs &after,
+               double low, double high, const Whole &source, const Pairs &range)
+        : time_(copy(time)), map_(map), before_(before), after_(after), element_(kind.size())
+    {
+        const std::size_t n = kind.size(), schedules = source.size();
+        require(schedule.size() == n && radius.size() == n && time.size() == n && weight.size() == n &&
+                    points.size() == n,
+                "one schedule, radius, time, weight and number of points for each element");
+        require(schedules <= DEHYST_SCHEDULES && range.shape(0) == 2 && range.shape(1) == schedules,
+                "at most 3 schedules, each with a source and a range");
+        std::size_t at = 0;
+        for (std::size_t k = 0; k < n; ++k) {
+            const int32_t size = points.data()[k];
+            require(size == 0 || size >= 2, "a map has no point, or two and more");
+            require(static_cast<std::size_t>(size) <= map_.u.size() - at, "fewer points than the maps have");
+            require(std::isfinite(time_[k]) && time_[k] >= 0.0, "a time is negative or no number");
+            element_[k] = {kind.data()[k],      schedule.data()[k], radius.data()[k],
+                           0.0,                 weight.data()[k],   {size, map_.u.data() + at, map_.v.data() + at}};
+            at += static_cast<std::size_t>(size);
+        }
+        require(at == map_.u.size(), "more points than the maps have");
+        view_.n = static_cast<int32_t>(n);
+        view_.element = element_.data();
+        view_.before = before_.view();
+        view_.after = after_.view();
+        view_.offset = offset;
+        view_.low = low;
+        view_.high = high;
+        view_.schedules = static_cast<int32_t>(schedules);
+        for (std::size_t v = 0; v < schedules; ++v) {
+            view_.source[v] = source.data()[v];
+            view_.schedule_low[v] = range.data()[v];
+            view_.schedule_high[v] = range.data()[schedules + v];
+        }
+        require(dehyst_elements_check(&view_) == DEHYST_IMAGE_GOOD, "parameters are not those of a sum of elements");
+    }
+    ElementSum(const ElementSum &) = delete;
+    ElementSum &operator=(const ElementSum &) = delete;
+
+    Out rest(double x) const
+    {
+        std::vector<double> memory(kHead + element_.size());
+        dehyst_elements_state state{};
+        state.z = memory.data() + kHead;
+        require(dehyst_accept(x), "no elements rest at an input that is not finite or far out");
+        dehyst_elements_reset(&view_, &state, dehyst_map_value(&view_.before, x), 0.0);
+        end(state, memory);
+        return own(std::move(memory));
+    }
+
+    nb::tuple run(const In &x, const std::optional<In> &dt, const std::optional<Given> &given, const In &memory) const
+    {
+        return over(&dehyst_elements_step, x, dt, given, memory);
+    }
+
+    nb::tuple solve(const In &y, const std::optional<In> &dt, const std::optional<Given> &given, const In &memory) const
+    {
+        return over(&dehyst_elements_solve_step, y, dt, given, memory);
+    }
+
+    nb::tuple columns(const In &x, const std::optional<In> &dt, const In &memory) const
+    {
+        const std::size_t n = element_.size();
+        Buffer rows(x.size() * n);
+        std::vector<double> after = copy(memory);
+        dehyst_elements_state state = begin(x, dt, after);
+        for (std::size_t k = 0; k < x.size(); ++k)
+            require(dehyst_accept(x.data()[k]), "a sample is not finite or far out");
+        Timed timed(view_, time_);
+        {
+            const nb::gil_scoped_release released;
+            Patience patience(20 + 10 * n);
+            for (std::size_t k = 0; k < x.size() && !patience.stops(); ++k) {
+                timed.pass(dt ? dt->data()[k] : 0.0);
+                dehyst_elements_columns(&timed.view, &state, dehyst_map_value(&view_.before, x.data()[k]),
+                                        rows.data() + k * n);
+            }
+        }
+        raise_if_stopped();
+        end(state, after);
+        return nb::make_tuple(rows.release(x.size(), n), own(std::move(after)));
+    }
+
+    const dehyst_elements &view() const { return view_; }
+
+    // (n,) gains at a period of the samples.
+    std::vector<double> gains(double period) const
+    {
+        std::vector<double> gain(element_.size());
+        for (std::size_t k = 0; k < gain.size(); ++k) gain[k] = gain_of(element_[k].kind, time_[k], period);
+        return gain;
+    }
+
+    using Step = double (*)(const dehyst_elements *, dehyst_elements_state *, double, const double *);
+
+    const std::vector<double> &time() const { return time_; }
+
+    // The state in a memory, which it refers to.
+    dehyst_elements_state begin(std::vector<double> &memory) const
+    {
+        require(memory.size() == kHead + element_.size(), "memory belongs to other elements");
+        dehyst_elements_state state{};
+        state.last = memory[0];
+        state.step = memory[1];
+        state.z = memory.data() + kHead;
+        const int32_t answer = dehyst_elements_memory_check(&view_, state.z, state.last);
+        require(dehyst_accept(state.step) && answer == DEHYST_IMAGE_GOOD, "memory that no input leaves");
+        return state;
+    }
+
+    static void end(const dehyst_elements_state &state, std::vector<double> &memory)
+    {
+        memory[0] = state.last;
+        memory[1] = state.step;
+    }
+
+  private:
+    // Answers (T,), memory after them, number of rejected samples, largest number of rounds of a solution.
+    nb::tuple over(Step step, const In &signal, const std::optional<In> &dt, const std::optional<Given> &given,
+                   const In &memory) const
+    {
+        std::vector<double> after = copy(memory);
+        dehyst_elements_state state = begin(signal, dt, after);
+        const bool outside = std::any_of(view_.source, view_.source + view_.schedules,
+                                         [](int32_t source) { return source != DEHYST_BY_OUTPUT; });
+        require(given || !outside, "a schedule follows a signal that is not given");
+        require(!given || (given->shape(0) == signal.size() && given->shape(1) == DEHYST_GIVEN),
+                "two scheduling variables for each sample");
+        Buffer answer(signal.size());
+        Timed timed(view_, time_);
+        std::size_t rejected = 0;
+        int32_t rounds = 0;
+        {
+            const nb::gil_scoped_release released;
+            Patience patience(20 + 40 * element_.size());
+            for (std::size_t k = 0; k < signal.size() && !patience.stops(); ++k) {
+                timed.pass(dt ? dt->data()[k] : 0.0);
+                answer.data()[k] =
+                    step(&timed.view, &state, signal.data()[k], given ? given->data() + DEHYST_GIVEN * k : nullptr);
+                rejected += state.flags & DEHYST_REJECTED;
+                rounds = std::max(rounds, state.rounds);
+            }
+        }
+        raise_if_stopped();
+        end(state, after);
+        return nb::make_tuple(answer.release(), own(std::move(after)), rejected, rounds);
+    }
+
+    dehyst_elements_state begin(const In &signal, const std::optional<In> &dt, std::vector<double> &memory) const
+    {
+        require(!dt || dt->size() == signal.size(), "signal and dt differ in length");
+        return begin(memory);
+    }
+
+    std::vector<double> time_;
+    Map map_, before_, after_;
+    std::vector<dehyst_element> element_;
+    dehyst_elements view_{};
+};
+
+// The sum, or its solution, sample by sample in the units of the log: the memory stays here between two samples.
+class ElementSteps {
+  public:
+    ElementSteps(const ElementSum &sum, bool solves, double center, double half_range, double level, double amplitude)
+        : sum_(sum), timed_(sum.view(), sum.time()), step_(solves ? &dehyst_elements_solve_step : &dehyst_elements_step),
+          center_(center), half_range_(half_range), level_(level), amplitude_(amplitude)
+    {
+        for (int32_t v = 0; v < sum.view().schedules; ++v)
+            require(sum.view().source[v] == DEHYST_BY_OUTPUT, "a schedule follows a signal that is not given");
+    }
+    ElementSteps(const ElementSteps &) = delete;
+    ElementSteps &operator=(const ElementSteps &) = delete;
+
+    void begin(const In &memory)
+    {
+        std::vector<double> fresh = copy(memory);
+        const dehyst_elements_state state = sum_.begin(fresh);
+        memory_ = std::move(fresh);
+        state_ = state;
+    }
+
+    double step(double value, double passed)
+    {
+        const double scaled = (value - center_) / half_range_;
+        require(state_.z != nullptr, "no memory to begin with");
+        require(dehyst_accept(scaled), "a sample is not finite or far out");
+        timed_.pass(passed);
+        return level_ + amplitude_ * step_(&timed_.view, &state_, scaled, nullptr);
+    }
+
+    Out memory() const
+    {
+        require(state_.z != nullptr, "no memory to begin with");
+        std::vector<double> values = memory_;
+        ElementSum::end(state_, values);
+        return own(std::move(values));
+    }
+
+  private:
+    const ElementSum &sum_;
+    Timed timed_;
+    ElementSum::Step step_;
+    double center_, half_range_, level_, amplitude_;
+    std::vector<double> memory_;
+    dehyst_elements_state state_{};
+};
+
+using Words = nb::ndarray<nb::numpy, uint32_t, nb::ndim<1>>;
+using Image = nb::ndarray<const uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Switch = nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+Words own(std::vector<uint32_t> &&values)
+{
+    auto *kept = new std::vector<uint32_t>(std::move(values));
+    nb::capsule owner(kept, [](void *p) noexcept { delete static_cast<std::vector<uint32_t> *>(p); });
+    return Words(kept->data(), {kept->size()}, owner);
+}
+
+// A sum of elements at a fixed period as a function block, with its memory. `numbers`: those of dehyst_element_block from
+// origin to fade, in its order.
+class ElementBlock {
+  public:
+    ElementBlock(const ElementSum &sum, double period, bool solves, int32_t delay, const In &start, const In &numbers,
+                 uint32_t fingerprint)
+        : element_(sum.view().element, sum.view().element + sum.view().n),
+          start_(copy(start)),
+          z_(element_.size()),
+          ring_(static_cast<std::size_t>(std::max(delay, 1)))
+    {
+        require(numbers.size() == 14 && (start.size() == 0 || start.size() == z_.size()),
+                "14 numbers, and a start for each element or none");
+        const double *at = numbers.data();
+        const std::vector<double> gain = sum.gains(period);
+        for (std::size_t k = 0; k < gain.size(); ++k) element_[k].gain = gain[k];
+        block_ = {sum.view(), solves ? 1 : 0, delay, start_.empty() ? nullptr : start_.data(), at[0], at[1], at[2],
+                  at[3],      at[4],          at[5], at[6],                                     at[7], at[8], at[9],
+                  at[10],     at[11],         at[12], at[13],                                   fingerprint};
+        block_.sum.element = element_.data();
+        require(dehyst_element_block_check(&block_) == DEHYST_IMAGE_GOOD, "numbers that are those of no block");
+        state_.sum.z = z_.data();
+        state_.delay.ring = ring_.data();
+        reset();
+    }
+    ElementBlock(const ElementBlock &) = delete;
+    ElementBlock &operator=(const ElementBlock &) = delete;
+
+    void reset() { dehyst_element_block_reset(&block_, &state_); }
+
+    double step(nb::handle x, nb::handle first, nb::handle second, bool on)
+    {
+        const double given[DEHYST_GIVEN] = {sample_of(first), sample_of(second)};
+        return dehyst_element_block_step(&block_, &state_, sample_of(x), given, on ? 1 : 0);
+    }
+
+    nb::tuple run(const In &x, const Given &given, const Switch &on)
+    {
+        const std::size_t samples = x.size();
+        require(given.shape(0) == samples && given.shape(1) == DEHYST_GIVEN && on.size() == samples,
+                "signals differ in length");
+        Buffer answer(samples);
+        std::vector<uint32_t> flags(samples);
+        {
+            const nb::gil_scoped_release released;
+            Patience patience(20 + 40 * z_.size());
+            for (std::size_t k = 0; k < samples && !patience.stops(); ++k) {
+                const double *row = given.data() + DEHYST_GIVEN * k;
+                answer.data()[k] = dehyst_element_block_step(&block_, &state_, x.data()[k], row, on.data()[k] ? 1 : 0);
+                flags[k] = state_.flags;
+            }
+        }
+        raise_if_stopped();
+        return nb::make_tuple(answer.release(), own(std::move(flags)));
+    }
+
+    Words save() const
+    {
+        std::vector<uint32_t> image(static_cast<std::size_t>(DEHYST_ELEMENT_WORDS(block_.sum.n, block_.delay)));
+        (void)dehyst_element_block_save(&block_, &state_, image.data(), static_cast<int32_t>(image.size()));
+        return own(std::move(image));
+    }
+
+    int32_t restore(const Image &image)
+    {
+        if (image.size() > INT32_MAX) return DEHYST_IMAGE_SIZE;
+        return dehyst_element_block_restore(&block_, &state_, image.data(), static_cast<int32_t>(image.size()));
+    }
+
+    double output() const { return state_.output; }
+    double share() const { return state_.share; }
+    uint32_t flags() const { return state_.flags; }
+
+  private:
+    std::vector<dehyst_element> element_;
+    std::vector<double> start_, z_, ring_;
+    dehyst_element_block block_{};
+    dehyst_element_block_state state_{};
+};
+
+}  // namespace
+
+void bind_element_sum(nb::module_ &m)
+{
+    m.attr("ELEMENT_KINDS") = nb::make_tuple("input", "play", "stop", "creep", "relax", "past", "path", "wide",
+                                             "product");
+    nb::class_<ElementSum>(m, "ElementSum", "A sum of elements (packages/dehyst/core/elements.c); the memory is given and returned.")
+        .def(nb::init<const Whole &, const Whole &, const In &, const In &, const In &, const Whole &, const Pairs &,
+                      double, const Pairs &, const Pairs &, double, double, const Whole &, const Pairs &>(),
+             "kind"_a, "schedule"_a, "radius"_a, "time"_a, "weight"_a, "points"_a, "map"_a, "offset"_a, "before"_a,
+             "after"_a, "low"_a, "high"_a, "source"_a, "range"_a)
+        .def("gains", [](const ElementSum &sum, double period) { return own(sum.gains(period)); }, "period"_a,
+             "(n,) gains at a period of the samples.")
+        .def("rest", &ElementSum::rest, "x"_a, "Memory (2 + n,) at rest at x: x, the last step, elements.")
+        .def("run", &ElementSum::run, "x"_a, "dt"_a.none(), "given"_a.none(), "memory"_a,
+             "(y (T,), memory, number of rejected samples, 0).")
+        .def("solve", &ElementSum::solve, "y"_a, "dt"_a.none(), "given"_a.none(), "memory"_a,
+             "(x (T,), memory, number of rejected samples, most rounds of a sample).")
+        .def("columns", &ElementSum::columns, "x"_a, "dt"_a.none(), "memory"_a,
+             "(each element without map and weight (T, n), memory).");
+    nb::class_<ElementSteps> steps(m, "ElementSteps", "A sum of elements, or its solution, sample by sample.");
+    refuse_pickling(steps);
+    steps
+        .def(nb::init<const ElementSum &, bool, double, double, double, double>(), "sum"_a, "solves"_a, "center"_a,
+             "half_range"_a, "level"_a, "amplitude"_a, nb::keep_alive<1, 2>())
+        .def("begin", &ElementSteps::begin, "memory"_a, "Go on from a memory (2 + n,).")
+        .def("step", &ElementSteps::step, "value"_a, "passed"_a, "Output for the next sample, `passed` [s] later.")
+        .def("memory", &ElementSteps::memory, "Memory (2 + n,), of its own.");
+    nb::class_<ElementBlock> block(m, "ElementBlock",
+                                   "A sum of elements as a function block at a fixed period, with its memory.");
+    refuse_pickling(block);
+    block
+        .def(nb::init<const ElementSum &, double, bool, int32_t, const In &, const In &, uint32_t>(), "sum"_a, "period"_a,
+             "solves"_a, "delay"_a, "start"_a, "numbers"_a, "fingerprint"_a, nb::keep_alive<1, 2>())
+        .def("reset", &ElementBlock::reset, "Nothing remembered, flags cleared.")
+        .def("step", &ElementBlock::step, "x"_a.none(), "first"_a.none(), "second"_a.none(), "on"_a,
+             "Output for the next sample.")
+        .def("run", &ElementBlock::run, "x"_a, "given"_a, "on"_a, "(outputs (T,), flags (T,)).")
+        .def("save", &ElementBlock::save, "Image of the state.")
+        .def("restore", &ElementBlock::restore, "image"_a, "Go on from an image; the core's answer, 0 if it was good.")
+        .def_prop_ro("output", &ElementBlock::output, "Last good output.")
+        .def_prop_ro("share", &ElementBlock::share, "0 off .. 1 on.")
+        .def_prop_ro("flags", &ElementBlock::flags, "Of the last sample.");
+}

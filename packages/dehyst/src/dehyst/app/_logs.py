@@ -1,0 +1,339 @@
+"""Reads the logs of a command: columns, recordings, scheduling signals; warns of inputs outside a model's range."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from itertools import chain, zip_longest
+from pathlib import Path
+from typing import Any, TypeAlias, TypeVar
+
+import numpy as np
+
+from dehyst.app._inspect import print_columns
+from dehyst.app._policy import POLICY
+from dehyst.app._terminal import ask_progress, terminal
+from dehyst.app.requests import (
+    CompareRequest,
+    DriftRequest,
+    EvaluateRequest,
+    IdentifyRequest,
+    LogsRequest,
+    SimulateRequest,
+)
+from dehyst.arrays import Array
+from dehyst.data import Recording
+from dehyst.errors import ColumnError, ParameterError, UnitError
+from dehyst.findings import Finding, Grade, doubt_in, grade_in
+from dehyst.io import LogSignal, LogSummary, inspect_log, read_log, read_signal
+from dehyst.models import Model, ModelCard, SignalCard
+from dehyst.models import kit as models_kit
+from dehyst.shell import command as line_of
+from dehyst.shell import options_line
+from dehyst.units import MASS_FACTORS, convert, dimension, mass_unit
+
+Read: TypeAlias = tuple[Path, str | None, Recording]  # log, run, what was read
+Shares: TypeAlias = Callable[[float], None]  # takes the share of a log that was read
+R = TypeVar("R", IdentifyRequest, CompareRequest)
+
+# Dimensions that a scheduling column may have; a unit that is not known passes.
+DIMENSIONS = {"load": ("force", "torque"), "mean_pressure": ("pressure",)}
+
+
+def log_part(request: Any) -> dict[str, Any]:
+    """Time column, its unit, the sheet and the window of a request for one log, as all readers of logs take them."""
+    names = ("time", "time_unit", "dt", "sheet", "start", "stop")
+    return {name: getattr(request, name) for name in names}
+
+
+def parts_of(request: LogsRequest) -> list[dict[str, Any]]:
+    """The same for each part of a log that a request names, the whole log if it names none.
+
+    Raises
+    ------
+    ParameterError
+        If several parts are not pairs of bounds one after the other.
+    """
+    bounds = [*zip_longest(request.start, request.stop)] or [(None, None)]
+    if len(bounds) > 1:
+        times = list(chain(*bounds))
+        # Parts that overlap would count samples twice, and an open part reaches into the next one.
+        if None in times or times != sorted(times):
+            raise ParameterError(
+                f"{options_line(from_=[*request.start], to=[*request.stop])}: several parts of a log are pairs "
+                f"of --from and --to, one after the other in time and apart, "
+                f"since samples that count twice would be fitted and tested at once. Write for example "
+                f"--from 0 --to 20 --from 35 --to 60."
+            )
+    clock = {
+        "time": request.time,
+        "time_unit": request.time_unit,
+        "dt": request.dt,
+        "sheet": request.sheet,
+    }
+    return [{**clock, "start": a, "stop": b} for a, b in bounds]
+
+
+def named_columns(command: str, request: R, quiet: bool) -> R:
+    """Return the request with the columns of input and output: as named, else as proposed for the first log.
+
+    With `quiet` the standard output is for the result alone: what was proposed is said on the error stream.
+
+    Raises
+    ------
+    ColumnError
+        If names and units leave a choice; the columns have been printed on the error stream then.
+    """
+    if request.input and request.output:
+        return request
+    log, run = request.logs[0], next(iter(request.runs), None)
+    with ask_progress("reading", quiet) as progress:
+        summary = inspect_log(
+            log,
+            run,
+            time_unit=request.time_unit,
+            dt=request.dt,
+            sheet=request.sheet,
+            progress=progress,
+        )
+    # A guess that may be wrong is never acted on: a swapped pair gives a model that looks good.
+    if not summary.clear or summary.input is None or summary.output is None:
+        raise _choice(command, log, summary)
+    pair = request.input or summary.input, request.output or summary.output
+    if pair[0] == pair[1]:
+        raise _choice(command, log, summary)
+    words = options_line(input=pair[0], output=pair[1])
+    # A choice that was not typed is said aloud, so that it can be checked.
+    terminal(stderr=quiet).print(f"columns: {words}, by their names and units\n", soft_wrap=True)
+    return replace(request, input=pair[0], output=pair[1])
+
+
+def _choice(command: str, log: Path, summary: LogSummary) -> ColumnError:
+    """Print what there is to choose from, and return what to type."""
+    asked = line_of(command, log, input="COLUMN", output="COLUMN")
+    # The result on standard output would be no JSON any more.
+    print_columns(terminal(stderr=True), summary.columns)
+    if summary.input and summary.output:  # one of them may have been named
+        asked = line_of(command, log, input=summary.input, output=summary.output)
+        asked = f"The best guess, to be typed if it is right: {asked}"
+    else:
+        asked = f"Name them: {asked}"
+    return ColumnError(
+        f"names and units of the columns of {log.name} do not tell which one drives and which one follows. {asked}",
+        columns=tuple(column.name for column in summary.columns),
+    )
+
+
+def read_logs(request: IdentifyRequest | CompareRequest, progress: Shares) -> list[Read]:
+    """Return the recordings of a request whose columns are named, each with its log and run."""
+    columns = request.input or "", request.output or ""
+    return [
+        (log, run, read_log(log, *columns, run=run, progress=progress, **part))
+        for log in request.logs
+        for run in request.runs or (None,)
+        for part in parts_of(request)
+    ]
+
+
+def recordings_of(
+    request: DriftRequest | EvaluateRequest,
+    log: Path,
+    run: str | None,
+    card: ModelCard,
+    progress: Shares,
+) -> Iterator[Recording]:
+    """Yield the recordings of a run, one a part; columns that are not named are those of the model's card."""
+    columns = request.input or card.input.name, request.output or card.output.name
+    for part in parts_of(request):
+        yield read_log(log, *columns, run=run, progress=progress, **part)
+
+
+def signals_of(
+    request: IdentifyRequest | DriftRequest | EvaluateRequest,
+    read: Sequence[Read],
+    cards: Iterable[SignalCard] = (),
+) -> tuple[dict[str, list[Array]], dict[str, str]]:
+    """Scheduling signals by name, one for each recording, and their units: those of the first card, else of the log."""
+    signals: dict[str, list[Array]] = {}
+    units = {card.name: card.unit for card in reversed([*cards])}
+    for name, column in _schedules(request).items():
+        signals[name] = []
+        for log, run, record in read:
+            signal = read_signal(
+                log, column, time=request.time, run=run, time_unit=request.time_unit, sheet=request.sheet,
+                missing="drop", dt=request.dt,
+            )  # fmt: skip
+            values, own_unit = schedule_values(name, column, signal, units.get(name, ""))
+            # Where no card names a unit the first log decides, and the later ones are converted to it.
+            units[name] = units.get(name) or own_unit
+            signals[name].append(at_samples(name, column, signal, values, record, len(record)))
+    return signals, {name: units[name] for name in signals}
+
+
+def given_of(
+    request: SimulateRequest, model: Model, signal: LogSignal
+) -> tuple[dict[str, Array], list[Finding]]:
+    """Scheduling variables that the model needs, from the columns that were named."""
+    named = _schedules(request)
+    # A column that nothing depends on was typed for another model, most likely.
+    spare = [name for name in named if name not in model.needs]
+    if spare:
+        raise ParameterError(
+            f"'{request.model}' does not depend on {' or '.join(spare)}; leave out {' and '.join(map(_flag, spare))}."
+        )
+    values: dict[str, Array] = {}
+    findings: list[Finding] = []
+    for card in model.context:
+        name, column = card.name, named.get(card.name)
+        if column is None or name not in DIMENSIONS:
+            raise ParameterError(
+                f"'{request.model}' depends on {name}: name the column that holds it in '{request.log}' with "
+                f"{_flag(name)} ({card.low:zg} to {card.high:zg} {card.unit})."
+            )
+        read = read_signal(
+            request.log, column, time=request.time, run=request.run, time_unit=request.time_unit, sheet=request.sheet,
+            missing="drop", dt=request.dt,
+        )  # fmt: skip
+        if card.unit in MASS_FACTORS or (
+            card.unit and name == "load" and mass_unit(column, read.unit)
+        ):
+            converted = schedule_values(name, column, read, card.unit)[0]
+        else:
+            refuse_unit(name, read)
+            converted, unit_findings = models_kit.in_units_of(
+                card, read.values, read.unit, f"'{read.name}'"
+            )
+            findings += unit_findings
+        values[name] = at_samples(
+            name, column, read, np.asarray(converted), signal, signal.values.size
+        )
+        findings += outside(values[name], card, name, "it is held at the end of its range")
+    return values, findings
+
+
+def _schedules(
+    request: IdentifyRequest | DriftRequest | EvaluateRequest | SimulateRequest,
+) -> dict[str, str]:
+    """Scheduling variable -> the column that was named for it."""
+    named = {"load": request.load, "mean_pressure": request.mean_pressure}
+    return {name: column for name, column in named.items() if column is not None}
+
+
+def _flag(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
+
+
+def schedule_values(name: str, column: str, signal: LogSignal, unit: str) -> tuple[Array, str]:
+    """Values of a scheduling column in `unit`, or in its own if that is "", and the unit they are in.
+
+    A load may be a force, a torque or a mass, and stays what it is: weights that are learnt for kilograms are for
+    kilograms, and none of the three can be turned into another here.
+    """
+    mass = mass_unit(column, signal.unit) if name == "load" else ""
+    if not mass:
+        refuse_unit(name, signal)
+    own_unit = mass or signal.unit
+    if unit in MASS_FACTORS or (unit and mass):
+        # Only a mass is converted to a mass.
+        if not (unit in MASS_FACTORS and mass):
+            raise UnitError(
+                f"{_flag(name)} '{column}' is in {own_unit or 'no unit that is named'}, and the load so far in {unit}: "
+                f"a mass is not a force, and which force it stands for depends on the rig. Name a column in {unit}.",
+                unit=own_unit,
+            )
+        return signal.values * (MASS_FACTORS[mass] / MASS_FACTORS[unit]), unit
+    if unit and own_unit != unit:
+        return np.asarray(convert(signal.values, own_unit, unit)), unit
+    return np.asarray(signal.values), unit or own_unit
+
+
+def refuse_unit(name: str, signal: LogSignal) -> None:
+    """Refuse a column of another dimension than its schedule."""
+    allowed, measured = DIMENSIONS[name], dimension(signal.unit)
+    if measured and measured not in allowed:
+        raise UnitError(
+            f"{_flag(name)} names column '{signal.name}' in {signal.unit}, a unit of {measured}; it takes "
+            f"{' or '.join((*allowed, 'mass') if name == 'load' else allowed)}. Name the column that holds it.",
+            unit=signal.unit,
+        )
+
+
+def at_samples(
+    name: str,
+    column: str,
+    signal: LogSignal,
+    values: Array,
+    record: Recording | LogSignal,
+    size: int,
+) -> Array:
+    """Bring a scheduling column to the samples of a recording or a signal."""
+    if record.time is None or signal.time is None:
+        # Without a clock the only thing that says which samples belong together is their number.
+        if values.size != size:
+            raise ColumnError(
+                f"{_flag(name)} '{column}' has {values.size} samples and the recording {size}, and without time "
+                f"stamps they cannot be brought together. Name the time column (--time).",
+                column=column,
+            )
+        return values
+    first, last = float(record.time[0]), float(record.time[-1])
+    missing = max(0.0, float(signal.time[0]) - first) + max(0.0, last - float(signal.time[-1]))
+    if missing > POLICY.uncovered * (last - first):
+        raise ColumnError(
+            f"{_flag(name)} '{column}' has values from {signal.time[0]:.6g} s to {signal.time[-1]:.6g} s, but the "
+            f"recording lasts from {first:.6g} s to {last:.6g} s. Cut it with --from and --to, or name a column that "
+            f"covers it.",
+            column=column,
+        )
+    return np.interp(record.time, signal.time, values)
+
+
+def outside(values: Array, card: SignalCard, role: str, consequence: str) -> list[Finding]:
+    """Return a finding if a signal leaves its identified range."""
+    if card.low is None or card.high is None:
+        return []
+    # Noise at the end of the range is no extrapolation.
+    slack = POLICY.beyond * (card.high - card.low)
+    beyond = int(np.sum((values < card.low - slack) | (values > card.high + slack)))
+    if not beyond:
+        return []
+    unit = f" {card.unit}" if card.unit else ""
+    return [
+        Finding(
+            "outside-range",
+            f"{role} leaves the identified range {card.low:.4g} to {card.high:.4g}{unit} at {beyond} of {values.size} "
+            f"samples (it spans {values.min():z.4g} to {values.max():z.4g}): {consequence}. Scale it, or identify "
+            f"on a log that covers it.",
+        )
+    ]
+
+
+def dead_time_findings(model: Model, cure: str) -> list[Finding]:
+    """Say that an input has to be sent before its output is wanted, and how, where the model knows a dead time."""
+    if not model.dead_time > 0.0:
+        return []
+    return [
+        Finding(
+            "dead-time",
+            f"the actuator answers {model.dead_time:.3g} s late, which no inverse undoes: {cure}, or the output "
+            f"follows what is wanted {model.dead_time:.3g} s behind.",
+        )
+    ]
+
+
+def verdict_findings(model: Model, named: str, forbid: str = "") -> list[Finding]:
+    """Return the verdict as a warning unless it was good; `forbid` is what else not to do after the worst one."""
+    provenance = model.card.provenance
+    verdict = doubt_in(provenance)  # printable: the file may come from anywhere
+    if not verdict:
+        return []
+    # The worst verdict forbids; a doubtful one asks for care.
+    cure = forbid if grade_in(provenance) is Grade.BAD else "Watch the actuator"
+    read = f"{cure}, and read" if cure else "Read"
+    return [
+        Finding(
+            "verdict",
+            f"when {named} was identified, the verdict was: {verdict} {read} the warnings of `dehyst identify` for the "
+            f"reason.",
+        )
+    ]

@@ -1,0 +1,118 @@
+r"""Estimates the delay between two signals of a log: the shift at which a sum of elements fits best.
+
+The sum is fitted again at every shift, and it contains the lag of the loop itself, by creep or friction. So a shift
+that fits better is a dead time: of transport, of a filter, or between two clocks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dehyst.arrays import Array
+from dehyst.families._choice import ScoredSum, workshop_of
+from dehyst.families._policy import POLICY
+from dehyst.families._program import BLOCKS
+from dehyst.families._training import Training
+
+STEPS = 100  # the first shift that is tried is a stroke divided by this
+FARTHEST = 8  # the largest one is a stroke divided by this
+
+
+@dataclass(frozen=True)
+class Lateness:
+    """A shift that explains a log better.
+
+    Attributes
+    ----------
+    samples
+        By which the output is late; below 0 it is early.
+    without, shifted
+        Score of the sum without and with the shift, scaled.
+    """
+
+    samples: int
+    without: float
+    shifted: float
+
+
+def lateness(training: Training, chosen: ScoredSum, turns: int) -> Lateness | None:
+    r"""Return by how many samples the output is late; None where that is not clear.
+
+    Moving the output by d samples changes the squared error of a fit by :math:`2 d \sum e_k y_k'` to first order,
+    without any new fit, since its weights are at their optimum. Only where a shift by a hundredth of a stroke promises
+    10 % are sums fitted to shifted signals: with steps that double as long as the score falls, then halved.
+
+    Parameters
+    ----------
+    training
+        The fitted part.
+    chosen
+        The sum that was chosen for it.
+    turns
+        Of the input within it. With no more turns than blocks, some block has none, and the answer is None.
+    """
+    first = max(1, round(training.samples / (turns + 1) / STEPS))
+    if turns <= BLOCKS:
+        return None
+    promise = _promised(training, chosen, first)
+    if abs(promise) < POLICY.promised_error:
+        return None
+    scores = {0: _score(training, chosen, 0)}
+
+    def score(shift: int) -> float:
+        if shift not in scores:
+            scores[shift] = _score(training, chosen, shift)
+        return scores[shift]
+
+    # Upwards in steps that double, as long as the score falls ...
+    best, step = 0, first if promise > 0.0 else -first
+    while abs(best + step) * FARTHEST * (turns + 1) <= training.samples:
+        if not score(best + step) < score(best):
+            break
+        best, step = best + step, 2 * step
+    # ... then to either side in steps that are halved, down to one sample.
+    while best:
+        step = int(step / 2) or 1
+        near = min((best - step, best + step), key=score)
+        if score(near) < score(best):
+            best = near
+        elif step == 1:
+            break
+    share = POLICY.late_error if best > 0 else POLICY.early_error
+    if abs(best) < POLICY.least_shift or not score(best) < share * score(0):
+        return None
+    return Lateness(best, score(0), score(best))
+
+
+def _score(training: Training, chosen: ScoredSum, shift: int) -> float:
+    moved = training.late(shift)
+    if not moved.stretches:
+        return float("inf")
+    shop = workshop_of(moved, chosen.sum.direction, chosen.sum.groups)
+    return shop.candidate(chosen.sum, chosen.mapped, chosen.regularisation).score
+
+
+def _promised(training: Training, chosen: ScoredSum, shift: int) -> float:
+    """Return the share of the squared error that a shift of the output removes; below 0 if it should go back."""
+    shop = workshop_of(training, chosen.sum.direction, chosen.sum.groups)
+    error, forward = shop.missed(chosen), chosen.sum.direction == "forward"
+    # The workshop holds a thinned training: the shift is counted in its samples.
+    rows = shift * shop.training.samples / training.samples
+    moved = []
+    for stretch in shop.training.stretches:
+        moved.append(_moved(stretch.y if forward else stretch.x, rows))
+    change = np.array([moved[number][at] for number, at in shop.bank.places.tolist()])
+    # The rows count as they do in the fit, whose weights are at their optimum.
+    weighted = shop.bank.weight * error
+    return float((2.0 if forward else -2.0) * (weighted @ change) / (weighted @ error))
+
+
+def _moved(signal: Array, rows: float) -> Array:
+    """Return how much a signal changes within so many samples, (T,), by central differences."""
+    half = max(1, round(rows))
+    at = np.arange(signal.size)
+    after = np.minimum(at + half, signal.size - 1)
+    before = np.maximum(at - half, 0)
+    return np.asarray(0.5 * rows / half * (signal[after] - signal[before]))

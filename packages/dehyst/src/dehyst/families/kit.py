@@ -1,0 +1,25 @@
+"""Tools of `dehyst.families` for other rooms."""
+
+from dehyst.lazy import lazy_names
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from dehyst.families._elements import KINDS as KINDS
+    from dehyst.families._elements import LAGS as LAGS
+    from dehyst.families._loop_work import work as work
+    from dehyst.families._policy import POLICY as POLICY
+    from dehyst.families._registry import BEST as BEST
+    from dehyst.families._registry import TITLES as TITLES
+    from dehyst.families._rows import row_within as row_within
+    from dehyst.families._rows import turns_of as turns_of
+
+__getattr__, __dir__, __all__ = lazy_names(
+    "dehyst.families",
+    {
+        "_elements": "KINDS LAGS",
+        "_loop_work": "work",
+        "_policy": "POLICY",
+        "_registry": "BEST TITLES",
+        "_rows": "row_within turns_of",
+    },
+)

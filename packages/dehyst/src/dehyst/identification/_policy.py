@@ -1,0 +1,113 @@
+"""The thresholds by which a family is chosen and a fit is judged: one record, each with its reason."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Policy:
+    """Numbers and sets of findings that decide choice, findings and verdict.
+
+    Percent are of the range of the signal, shares are between 0 and 1.
+    """
+
+    # The grade of a fit (docs/decisions/0025): output and inverse within this are good for compensation. [%]
+    good_percent: float = 3.0
+    # A model that misses by more than this is poor, and so is its compensator. [%]
+    poor_percent: float = 10.0
+    # A compensator that is off by a quarter of its range does harm. [%]
+    inverse_misses: float = 25.0
+    # An inverse that turns a two-thousandth of the output's range into the whole of the input's is of no use; the least
+    # eps alone keeps it at half of that. [ratio of the ranges]
+    useless_gain: float = 2e3
+    # Nor is a model of an actuator that became another one: its loop moved by this share of the range.
+    other_actuator: float = 0.25
+    # Findings that keep a small error from being called good.
+    serious: frozenset[str] = frozenset(
+        {
+            "rate-dependent", "drift", "mixed-loop", "few-loops", "small-test", "high-inverse-gain", "paper-bound",
+            "recordings-differ", "swapped-columns", "output-stopped", "forward-better", "schedule-once",
+        }
+    )  # fmt: skip
+    # Findings that forbid compensation where the inverse misses by more than `good_percent`.
+    unusable: frozenset[str] = frozenset(
+        {
+            "output-unrelated", "poor-fit", "static-as-good", "inverse-misses", "never-turns", "inverse-useless",
+            "two-actuators",
+        }
+    )  # fmt: skip
+    # Findings that forbid it whatever the inverse misses of this log: on the next motion it does harm.
+    harmful: frozenset[str] = frozenset(
+        {"output-unrelated", "never-turns", "inverse-useless", "two-actuators"}
+    )
+    # Findings of drift say nothing where the output does not follow the input at all.
+    drifts: frozenset[str] = frozenset({"drift", "two-actuators"})
+    # Findings of reading that are counted again in what is fitted.
+    few_loops: frozenset[str] = frozenset({"few-loops", "never-turns"})
+
+    # What follows rate counts when it is no smaller than this share of the range ...
+    rate_size: float = 0.007
+    # ... what follows time when it is no smaller than this one ...
+    drift_size: float = 0.02
+    # ... and, of drift, so many standard errors. [standard errors]
+    drift_certainty: float = 3.0
+    # Held-out input that leaves the fitted range by this share is a test of extrapolation.
+    beyond: float = 0.02
+    # Recordings fitted together whose mean residuals differ by more than this share of the output's range do differ.
+    levels_apart: float = 0.05
+    # A peak of the residual's spectrum as small as this is rounding of a converter. [%]
+    peak_size: float = 0.1
+    # The output does not follow the input where, held out, its mean is nearer than model and curve, and of the fitted
+    # samples the model leaves more than this share of the deviation.
+    unrelated: float = 0.3
+    # Held-out samples are worse when missed by so many times the error of the fitted ones ... [factor]
+    worse: float = 5.0
+    # ... and by this much. [%]
+    worse_percent: float = 1.0
+    # Held-out samples whose input covers less than this share of the fitted range hold no loops.
+    small_test: float = 0.1
+
+    # A curve without memory is as good as a model whose error is more than this share of the curve's.
+    static_as_good: float = 0.95
+    # A simpler family of plays is taken when its error is within this share of the best one.
+    within_noise: float = 0.02
+    # Cumulative slopes are bounded by nothing outside the fitted amplitudes: they must beat stops by this share.
+    clearly_better: float = 0.15
+    # Where blocks hardly tell sums of elements apart, these have to beat plays by a quarter (docs/decisions/0048).
+    clear: float = 0.75
+
+    # The noise of a difference between two families is the scatter over so many parts of the held-out samples ...
+    # [parts]
+    compared_blocks: int = 10
+    # ... and so many standard errors are a tie. [standard errors]
+    sigmas: float = 2.0
+    # Two models whose answers differ by less than this share of the range are one.
+    same_answer: float = 1e-9
+
+    # The width of a loop is another one if it is so many times another's, beyond what the motion makes of it, ...
+    # [factor]
+    wider: float = 1.35
+    # ... and differs by this share of the output's range; what sizes and speeds make of equal loops stays below
+    # (tests/support/peculiar_logs.py).
+    width_apart: float = 0.015
+    # A gain is another one by the same rule: so many times another's, ... [factor]
+    steeper: float = 1.08
+    # ... and apart by this much.
+    gain_apart: float = 0.03
+    # A model whose answer at a tenth of the speed differs by so much deserves a warning. [%]
+    other_speed: float = 1.0
+    # Creep after the longest way of a log counts from this share of the output's range on. [%]
+    beyond_rests: float = 2.0
+
+    # A cause of the residual is named from this share of the squared residual on, ...
+    named_cause: float = 0.1
+    # ... beside the largest one, if so much of it no other cause explains; less cannot be told from the others.
+    unshared_cause: float = 0.05
+    # A cause is a rival of the largest one if it explains this share of what that one does.
+    rival: float = 0.8
+    # Noise that is this share of the squared residual leaves little for a better model.
+    mostly_noise: float = 0.5
+
+
+POLICY = Policy()

@@ -1,0 +1,87 @@
+"""A log split and scaled once, for all candidates that are fitted to it."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from dehyst.arrays import Array
+from dehyst.data import Recording
+from dehyst.families import Training
+from dehyst.identification import _facts as facts
+from dehyst.identification._candidate import Candidate
+from dehyst.identification._data import DataSet, prepare
+from dehyst.identification._fit import Fit
+from dehyst.identification._judge import Seen, judge, seen_in
+from dehyst.identification._scores import Measure
+from dehyst.identification._split import Split, split_recordings
+from dehyst.identification._threads import single_blas
+from dehyst.identification._training import training_of
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """Recordings that were checked, with everything that is made of them once.
+
+    Attributes
+    ----------
+    records
+        The data.
+    split
+        What is fitted of each.
+    measure
+        Compares models with all samples.
+    weights
+        How much each sample counts, (T,) for each recording; None where all count alike.
+    shared
+        What one candidate made of the log and others can use.
+    """
+
+    records: tuple[Recording, ...]
+    split: Split
+    measure: Measure
+    weights: tuple[Array, ...] | None = None
+    shared: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False)
+    _fits: dict[Candidate, Fit] = field(default_factory=dict, init=False, repr=False)
+    _trainings: dict[int, Training] = field(default_factory=dict, init=False, repr=False)
+
+    @cached_property
+    def data(self) -> DataSet:
+        """Scaled."""
+        return prepare(self.records, self.split, self.weights)
+
+    @cached_property
+    def branches(self) -> tuple[facts.Branches, ...]:
+        """Of the fitted part."""
+        return facts.branches(self.data)
+
+    @cached_property
+    def seen(self) -> Seen:
+        """What the fitted part shows."""
+        return seen_in(self.branches)
+
+    def training(self, seed: int) -> Training:
+        """Fitted part for families of the literature, which share what they make of it; one for each seed."""
+        if seed not in self._trainings:
+            self._trainings[seed] = training_of(self.records, self.data, self.seen.loop.name, seed)
+        return self._trainings[seed]
+
+    def fit(self, candidate: Candidate) -> Fit:
+        """Fit a candidate and judge it; each once."""
+        if candidate not in self._fits:
+            with single_blas():
+                self._fits[candidate] = judge(self.data, self.seen, candidate.fit(self))
+        return self._fits[candidate]
+
+
+def prepared(
+    records: tuple[Recording, ...],
+    train_fraction: float | None,
+    weights: tuple[Array, ...] | None = None,
+) -> Prepared:
+    """Return recordings that were checked, split."""
+    return Prepared(
+        records, split_recordings(records, train_fraction, weights), Measure(records), weights
+    )

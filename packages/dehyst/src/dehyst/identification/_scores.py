@@ -1,0 +1,459 @@
+"""Scores a model and the curve without memory: predictions, errors, round trip through the inverse, drift."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from dehyst.arrays import Array, Mask
+from dehyst.data import Recording, range_over, robust_range
+from dehyst.identification import _facts as facts
+from dehyst.identification._conditions import Condition, conditions, steeper, wider
+from dehyst.identification._data import DataSet, Piece, chunks, inputs_of, outputs_of
+from dehyst.identification._evidence import Evidence, evidence, rows_of, stretches_of
+from dehyst.identification._fit import InputError, Score
+from dehyst.identification._regressors import PlayBank, started
+from dehyst.models import HysteresisModel, StaticCurve
+
+
+@dataclass(frozen=True)
+class Part:
+    """Which samples of the recordings are meant, and how much each counts."""
+
+    spans: tuple[tuple[slice, ...], ...]  # Spans of samples, for each recording
+    # Weight of each sample of each recording, (T,), or None where all count alike
+    weights: tuple[Array | None, ...]
+
+    def __bool__(self) -> bool:
+        """Whether there are any samples."""
+        return next(self.blocks(), None) is not None
+
+    def blocks(self, *numbers: int) -> Iterator[tuple[int, slice, Array | None]]:
+        """Recording, samples and their weights, a cacheful at a time; of some recordings only."""
+        for index, (spans, weight) in enumerate(zip(self.spans, self.weights, strict=True)):
+            if numbers and index not in numbers:
+                continue
+            for span in spans:
+                for part in chunks(span):
+                    if weight is None:
+                        yield index, part, None
+                    elif np.any(weight[part] > 0.0):
+                        yield index, part, weight[part]
+
+    def mask(self, index: int, size: int) -> Mask:
+        """Whether each sample of a recording of that size belongs to the part; those of no weight do not."""
+        mask = np.zeros(size, dtype=np.bool_)
+        weight = self.weights[index]
+        for span in self.spans[index]:
+            if weight is None:
+                mask[span] = True
+            else:
+                mask[span] = weight[span] > 0.0
+        return mask
+
+    def masks(self, records: Sequence[Recording]) -> tuple[Mask, ...]:
+        """Whether each sample of each recording belongs to the part."""
+        masks = []
+        for index, record in enumerate(records):
+            masks.append(self.mask(index, len(record)))
+        return tuple(masks)
+
+    def moments(
+        self,
+        signals: Sequence[Array],
+        less: Sequence[Array] | None = None,
+        *numbers: int,
+        extremes: bool = False,
+    ) -> Moments:
+        """Count, mean, mean square and, if `extremes`, largest size of a signal, or of a difference of two."""
+        count = first = second = largest = 0.0
+        for index, part, weight in self.blocks(*numbers):
+            values = signals[index][part]
+            if less is not None:
+                values = values - less[index][part]
+            counted = values
+            if weight is None:
+                count += values.size
+                first += float(np.sum(values))
+                second += float(values @ values)
+            else:
+                scaled = values * weight
+                count += float(np.sum(weight))
+                first += float(np.sum(scaled))
+                second += float(scaled @ values)
+                counted = values[weight > 0.0]
+            if extremes:
+                largest = max(largest, float(counted.max()), -float(counted.min()))
+        if not count:
+            return Moments(count, 0.0, 0.0, largest)
+        return Moments(count, first / count, second / count, largest)
+
+
+@dataclass(frozen=True, slots=True)
+class Moments:
+    """Sums over samples of a signal."""
+
+    # count, mean, square, largest: Sum of the weights, weighted mean, weighted mean square, largest absolute value
+    count: float
+    mean: float
+    square: float
+    largest: float
+
+    @property
+    def rms(self) -> float:
+        """Root of the mean square."""
+        return float(np.sqrt(self.square))
+
+
+def scored_parts(
+    records: tuple[Recording, ...], data: DataSet, initial_state: str
+) -> tuple[Part, Part]:
+    """Fitted and held-out samples of each recording, without those whose memory is unknown."""
+    fitted: list[list[slice]] = [[] for _ in records]
+    held_out: list[list[slice]] = [[] for _ in records]
+    weights: list[Array | None] = [None] * len(records)
+    if data.weighted:
+        weights = [np.ones(len(record)) for record in records]
+    for piece in data.pieces:
+        for spans, span in (
+            (fitted, piece.fitted(initial_state)),
+            (held_out, piece.held_out(initial_state)),
+        ):
+            if span.stop > span.start:
+                spans[piece.recording].append(
+                    slice(piece.start + span.start, piece.start + span.stop)
+                )
+        weight = weights[piece.recording]
+        if weight is not None and piece.weight is not None:
+            weight[piece.start : piece.start + piece.x.size] = piece.weight
+    fitted_part = Part(tuple(map(tuple, fitted)), tuple(weights))
+    held_out_part = Part(tuple(map(tuple, held_out)), tuple(weights))
+    return fitted_part, held_out_part
+
+
+def part_of(masks: Sequence[Mask]) -> Part:
+    """Return the samples that masks (T,) of all recordings choose."""
+    all_spans = []
+    for mask in masks:
+        # A span begins and ends where the mask changes.
+        padded = np.concatenate([[False], mask, [False]]).astype(np.int8)
+        ends = np.flatnonzero(np.diff(padded)).reshape(-1, 2)
+        all_spans.append(tuple(slice(low, high) for low, high in ends.tolist()))
+    return Part(tuple(all_spans), (None,) * len(all_spans))
+
+
+def predictions(
+    records: tuple[Recording, ...], data: DataSet, bank: PlayBank, model: HysteresisModel
+) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+    """Output of the model for each recording, and the input its inverse asks for to reach the measured output.
+
+    Every piece starts from its own memory.
+    """
+    demands: list[list[Array]] = [[] for _ in records]
+    for piece, begun in _started(data, bank, model):
+        span = slice(piece.start, piece.start + piece.x.size)
+        demands[piece.recording].append(
+            begun.inverse().simulate(records[piece.recording].output[span])
+        )
+    return simulated(records, data, bank, model), tuple(map(_joined, demands))
+
+
+def simulated(
+    records: tuple[Recording, ...], data: DataSet, bank: PlayBank, model: HysteresisModel
+) -> tuple[Array, ...]:
+    """Output of the model for each recording; every piece starts from its own memory."""
+    outputs: list[list[Array]] = [[] for _ in records]
+    for piece, begun in _started(data, bank, model):
+        span = slice(piece.start, piece.start + piece.x.size)
+        outputs[piece.recording].append(begun.simulate(records[piece.recording].input[span]))
+    return tuple(map(_joined, outputs))
+
+
+def _started(
+    data: DataSet, bank: PlayBank, model: HysteresisModel
+) -> Iterator[tuple[Piece, HysteresisModel]]:
+    """Each piece with the model in its state before it."""
+    for piece, state in zip(data.pieces, bank.states, strict=True):
+        yield piece, started(data, bank, model, state)
+
+
+def _joined(pieces: list[Array]) -> Array:
+    if len(pieces) == 1:
+        return pieces[0]
+    return np.concatenate(pieces)
+
+
+def score(
+    records: tuple[Recording, ...], outputs: Sequence[Array], part: Part, output_range: float
+) -> Score | None:
+    """Score of the chosen samples of all recordings together; None if there are none."""
+    measured = outputs_of(records)
+    about = part.moments(measured)
+    if about.count == 0.0:
+        return None
+    error = part.moments(outputs, measured, extremes=True)
+    middle = [np.broadcast_to(about.mean, record.output.shape) for record in records]
+    return score_from(error, part.moments(measured, middle).rms, output_range)
+
+
+def score_from(error: Moments, deviation: float, output_range: float) -> Score:
+    """Score from the moments of the error and the standard deviation of the output."""
+    if deviation > 0:
+        nrmse = error.rms / deviation
+    elif error.rms > 0:
+        nrmse = float("inf")
+    else:
+        nrmse = 0.0
+    return Score(
+        rmse=error.rms,
+        rmse_percent=100.0 * error.rms / output_range,
+        nrmse=nrmse,
+        max=error.largest,
+    )
+
+
+def round_trip(model: HysteresisModel, x: Array) -> float:
+    """Larger of max|inverse(model(x)) - x| and max|model(inverse(y)) - y|, y = model(x), relative to the ranges."""
+    forward = model.stepper("dense")
+    inverse = model.inverse().stepper("dense")
+    again = model.stepper("dense")
+    misses, ranges = np.zeros(2), np.array([[np.inf, -np.inf], [np.inf, -np.inf]])
+    for part in chunks(slice(0, x.size)):
+        y = forward.simulate(x[part])[0]
+        back = inverse.simulate(y)[0]
+        for k, (result, goal) in enumerate(((back, x[part]), (again.simulate(back)[0], y))):
+            misses[k] = max(misses[k], float(np.max(np.abs(result - goal))))
+            ranges[k, 0] = min(ranges[k, 0], float(goal.min()))
+            ranges[k, 1] = max(ranges[k, 1], float(goal.max()))
+    return float(np.max(misses / np.maximum(ranges[:, 1] - ranges[:, 0], 1e-300)))
+
+
+def input_error(
+    records: tuple[Recording, ...], demands: Sequence[Array], part: Part
+) -> InputError | None:
+    """Error of the input asked for, kept within the range that was applied; None if no samples are chosen."""
+    inputs = inputs_of(records)
+    low, high = range_over(inputs)
+    # No actuator follows an input outside the range that was applied.
+    clipped = [np.clip(demand, low, high) for demand in demands]
+    return input_error_of(part.moments(clipped, inputs), robust_range(inputs))
+
+
+def input_error_of(moments: Moments, span: float) -> InputError | None:
+    """Error from the moments of the input asked for less the input applied."""
+    if not moments.count:
+        return None
+    return InputError(100.0 * moments.rms / span, 100.0 * moments.mean / span)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What comparing a model with all samples gives."""
+
+    # The data, the model's output and what its inverse asks for, (T,) for each recording; names as in `Fit`
+    recordings: tuple[Recording, ...]
+    predictions: tuple[Array, ...]
+    inverse_predictions: tuple[Array, ...]
+    # train_masks, test_masks: Which samples were fitted and held out
+    train_masks: tuple[Mask, ...]
+    test_masks: tuple[Mask, ...]
+    # train, test, static_train, static_test: Scores of the model and of the curve
+    train: Score
+    test: Score | None
+    static_train: Score
+    static_test: Score | None
+    round_trip: float  # Of model and inverse, relative to the ranges
+    # input_train, input_test: Error of the input asked for; None where nothing was held out
+    input_train: InputError
+    input_test: InputError | None
+    # The same of the curve's inverse, over held-out samples if there are any
+    curve_input: InputError
+    beyond: float  # How far the held-out input leaves what was fitted, share of the range
+    levels_apart: float  # Largest difference of the mean residuals of two recordings. [output]
+    evidence: tuple[Evidence, ...]  # Of rate and creep; empty without time stamps
+    # Change of the residual from the first to the last cycle, and its standard error. [output]
+    drift: tuple[float, float]
+    conditions: tuple[Condition, ...] = ()  # Of the recordings, where there are several in memory
+
+    @property
+    def input_error(self) -> InputError:
+        """Over held-out samples, over fitted ones if none were held out."""
+        return self.input_test or self.input_train
+
+
+class Measure:
+    """Compares models with recordings; the test of rate and creep is made once for all of them.
+
+    Parameters
+    ----------
+    records
+        The data.
+    loads
+        Shares (T,), 0 at the least and 1 at the most, of signals that change the loop, for each recording.
+    """
+
+    def __init__(
+        self, records: tuple[Recording, ...], loads: Sequence[Sequence[Array]] = ()
+    ) -> None:
+        self._records, self._loads = records, loads
+        self._tested: tuple[Evidence, ...] | None = None
+
+    def __call__(
+        self, data: DataSet, bank: PlayBank, model: HysteresisModel, static: StaticCurve, turns: int
+    ) -> Measured:
+        """Compare a model whose memory before each piece a bank tells."""
+        outputs, demands = predictions(self._records, data, bank, model)
+        trip = round_trip(model, self._records[0].input)
+        scored = scored_parts(self._records, data, bank.initial_state)
+        return self.compared(data, scored, outputs, demands, trip, static, turns)
+
+    def compared(
+        self,
+        data: DataSet,
+        scored: tuple[Part, Part],
+        outputs: tuple[Array, ...],
+        demands: tuple[Array, ...],
+        trip: float,
+        static: StaticCurve,
+        turns: int,
+    ) -> Measured:
+        """Compare what a model answers, and what its inverse asks for, over fitted and held-out samples."""
+        records = self._records
+        fitted, held_out = scored
+        curves = []
+        curve_demands = []
+        for record in records:
+            curves.append(static.simulate(record.input))
+            curve_demands.append(static.inverse().simulate(record.output))
+        train = score(records, outputs, fitted, data.output_range)
+        test = score(records, outputs, held_out, data.output_range)
+        static_train = score(records, curves, fitted, data.output_range)
+        static_test = score(records, curves, held_out, data.output_range)
+        input_train = input_error(records, demands, fitted)
+        input_test = input_error(records, demands, held_out)
+        judged = held_out
+        if test is None:
+            judged = fitted
+        curve_input = input_error(records, curve_demands, judged)
+        if train is None or static_train is None or input_train is None or curve_input is None:
+            raise AssertionError("no training samples")  # the caller has checked
+        # Where a curve is as good as the model, what is left of the model's error is not about the actuator.
+        better = curves[0]
+        if train.rmse <= static_train.rmse:
+            better = outputs[0]
+        train_masks = fitted.masks(records)
+        test_masks = held_out.masks(records)
+        change = (0.0, 0.0)
+        counted = train_masks[0] | test_masks[0]
+        if np.count_nonzero(counted) > 8:
+            signals = [records[0].input, better, curves[0], records[0].output]
+            if not counted.all():
+                signals = [signal[counted] for signal in signals]
+            x, model, curve, y = signals
+            change = facts.agreed(
+                facts.residual_drift(x, model, y), facts.residual_drift(x, curve, y)
+            )
+        if self._tested is None:
+            self._tested = _evidence(records, data, turns, self._loads)
+            if any(term.there for term in self._tested) and not self._loads:
+                self._tested = _of_one_condition(records, data, turns, self._tested)
+        return Measured(
+            recordings=records,
+            predictions=outputs,
+            inverse_predictions=demands,
+            train_masks=train_masks,
+            test_masks=test_masks,
+            train=train,
+            test=test,
+            static_train=static_train,
+            static_test=static_test,
+            round_trip=trip,
+            input_train=input_train,
+            input_test=input_test,
+            curve_input=curve_input,
+            beyond=_beyond_training(records, held_out, data),
+            levels_apart=_levels_apart(records, outputs, fitted, held_out),
+            evidence=self._tested,
+            drift=change,
+            conditions=conditions(records, outputs, data.output_range),
+        )
+
+
+def _of_one_condition(
+    records: tuple[Recording, ...], data: DataSet, turns: int, tested: tuple[Evidence, ...]
+) -> tuple[Evidence, ...]:
+    """Evidence of recordings under different conditions: what most of them do not show alone is not there.
+
+    Loops that another signal widens are followed by any term that is wide where they are.
+    """
+    conditions_met = conditions(records, None, data.output_range)
+    if not wider(conditions_met) and not steeper(conditions_met):
+        return tested
+    alone = [_evidence((record,), data, turns, (), index) for index, record in enumerate(records)]
+    judged = []
+    for term in tested:
+        # How many recordings can be tested alone, and how many of these show it.
+        able = shown = 0
+        for terms in alone:
+            for single in terms:
+                if single.group == term.group:
+                    able += 1
+                    shown += single.there
+        if 2 * shown > able:
+            judged.append(term)
+        else:
+            judged.append(replace(term, with_percent=term.without_percent))
+    return tuple(judged)
+
+
+def _evidence(
+    records: tuple[Recording, ...],
+    data: DataSet,
+    turns: int,
+    loads: Sequence[Sequence[Array]],
+    first: int = 0,
+) -> tuple[Evidence, ...]:
+    """Evidence of recordings that stand in the data from number `first` on."""
+    timed = []
+    for k, record in enumerate(records):
+        if record.time is not None:
+            timed.append((k, record, record.time))
+    all_rows = rows_of([time.size for _, _, time in timed], turns)
+    stretches = []
+    for (k, record, time), rows in zip(timed, all_rows, strict=True):
+        signals = [time, record.input, record.output]
+        if loads:
+            signals += loads[first + k]
+        sampled = np.array([signal[rows] for signal in signals])
+        stretches += stretches_of(data, first + k, rows, sampled)
+    return evidence(stretches)
+
+
+def _levels_apart(
+    records: tuple[Recording, ...], outputs: tuple[Array, ...], fitted: Part, held_out: Part
+) -> float:
+    """Largest difference of the mean residuals of two recordings, where they are fitted if they are. [output]"""
+    if len(records) < 2:
+        return 0.0
+    measured = outputs_of(records)
+    levels = []
+    for k in range(len(records)):
+        # The held-out samples stand for a recording of which nothing is fitted.
+        for part in (fitted, held_out):
+            about = part.moments(measured, outputs, k)
+            if about.count:
+                levels.append(about.mean)
+                break
+    return max(levels) - min(levels)
+
+
+def _beyond_training(records: tuple[Recording, ...], part: Part, data: DataSet) -> float:
+    """How far the held-out input leaves [-1, 1] scaled, share of the range."""
+    if not part:
+        return 0.0
+    inputs = inputs_of(records)
+    middle = [np.broadcast_to(data.center, x.shape) for x in inputs]
+    farthest = part.moments(inputs, middle, extremes=True).largest
+    return 0.5 * max(0.0, farthest / data.half_range - 1.0)

@@ -1,1 +1,0 @@
-"""Recordings, their turning points, loops and gaps, outliers, and the range that percentages refer to."""
