@@ -30,7 +30,7 @@ from dehyst.app._terminal import (  # fmt: skip
 from dehyst.app.requests import CompareRequest
 from dehyst.errors import IdentificationError, ParameterError
 from dehyst.families import kit as families_kit
-from dehyst.identification import ComparedFamily, Comparison, Score, all_names, compare
+from dehyst.identification import ComparedFamily, Comparison, all_names, compare
 from dehyst.shell import command
 
 
@@ -133,10 +133,11 @@ def _print(comparison: Comparison, request: CompareRequest) -> None:
         runs_everywhere = runs_everywhere and entry.exportable
     # A name that was cut could not be typed again. All columns together need 78 characters at most.
     name = Column("family", min_width=max(map(len, families)) + 2)
-    heads = (name, ">held out %", ">fitted %", ">inverse %", ">parameters", ">fit s")
+    heads = (name, ">held out", ">interval", ">inverse", ">parameters", ">fit s")
     out.print(table(heads, rows, bold=best))
     out.print(
-        "rms, percent of the output's range (inverse: of the input's); * within noise of the best"
+        "rms errors, percent of the output's range (inverse: of the input's); * within doubt of the best\n"
+        "interval: nine tenths of the errors of ten parts of the held-out samples, drawn anew"
     )
     if auto in families:
         out.print("< what identify takes, which chooses without the held-out errors")
@@ -170,22 +171,20 @@ def _row(entry: ComparedFamily, chosen: bool) -> tuple[str, ...]:
         name += " p"
     if entry.invertible and entry.inverse_percent is not None:
         inverse = _percent(entry.inverse_percent)
-    errors = (_error(entry.test), _error(entry.train), inverse)
+    redraws = ""
+    if entry.interval_percent is not None:
+        low, high = entry.interval_percent
+        redraws = f"{_percent(low)}-{_percent(high)}"
+    errors = (_percent(entry.error_percent), redraws, inverse)
     return (name, *errors, str(entry.parameters), f"{entry.seconds:.2f}")
 
 
-def _error(score: Score | None) -> str:
-    """Error of a score, "" where there is none."""
-    if score is None:
-        return ""
-    return _percent(score.rmse_percent)
-
-
 def _percent(value: float) -> str:
-    # Decimals of a fit that went wrong altogether would only widen the table.
-    if value >= 1000.0:
-        return f"{value:.0f}"
-    return f"{value:.3f}"
+    """Four digits, or three decimals: more would only widen the table."""
+    decimals = 3
+    for bound in (10.0, 100.0, 1000.0):
+        decimals -= value >= bound
+    return f"{value:.{decimals}f}"
 
 
 def _next(comparison: Comparison, request: CompareRequest) -> str:
@@ -212,7 +211,7 @@ def _next(comparison: Comparison, request: CompareRequest) -> str:
 
 
 def _named(comparison: Comparison) -> str | None:
-    """The family that the verdict names; None where identify takes it, or one within noise of it, by itself."""
+    """The family that the verdict names; None where identify takes it, or one within doubt of it, by itself."""
     # Where identify takes this family by itself, the shorter command gives the same model.
     for entry in comparison.entries:
         if entry.family == comparison.auto.family:

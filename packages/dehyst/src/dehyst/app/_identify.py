@@ -245,6 +245,8 @@ def _print(fit: Fit, request: IdentifyRequest, cost: StepCost | None = None) -> 
             out.print(
                 "The choice was made without these held-out errors, on fifths left out of the fitted part."
             )
+        if fit.passed_over:
+            out.print(fit.passed_over, style="yellow")
     size = fit.size
     if " of " in size:
         size += " carry weight"

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.arrays import Array, rank
+from dehyst.arrays import rank
 from dehyst.data import Plotted, Recording, counted_once, require_recordings
 from dehyst.errors import DehystError, ParameterError
 from dehyst.families import ROW_NAMES, ROWS, title_of
@@ -20,6 +20,7 @@ from dehyst.identification._candidates import all_names, candidate_of
 from dehyst.identification._fit import Fit, Score, codes_of
 from dehyst.identification._policy import POLICY
 from dehyst.identification._prepared import Prepared, prepared
+from dehyst.identification._redrawing import interval, part_squares, within_doubt
 from dehyst.identification._scores import Part, score, scored_parts
 from dehyst.identification._settings import check_recordings
 from dehyst.identification._threads import single_blas
@@ -49,7 +50,10 @@ class ComparedFamily:
     same_as
         Family whose model answers the same to the last bit on this log, of a row further up; "" if there is none.
     tied
-        Whether the held-out error is within noise of the smallest one: on another log the order may turn.
+        Whether the held-out error is within doubt of the smallest one: on another log the order may turn.
+    interval_percent
+        Least and largest error of redraws: ten parts of the scored samples drawn anew with repetition, nine tenths of
+        the results. None without a model. [% of the output's range]
     """
 
     family: str
@@ -61,6 +65,7 @@ class ComparedFamily:
     reason: str = ""
     same_as: str = ""
     tied: bool = False
+    interval_percent: tuple[float, float] | None = None
 
     @property
     def model(self) -> Any:
@@ -137,6 +142,7 @@ class ComparedFamily:
             "start": self.start,
             "seed": self.seed,
             "tied": self.tied,
+            "interval_percent": self.interval_percent,
             "reason": self.reason,
         }
 
@@ -204,7 +210,7 @@ class Comparison(Plotted):
             text += f", against {auto_percent} % of {auto.family}, which identify chooses"
         ties = [entry.family for entry in self.rows[1:] if entry.tied]
         if ties:
-            text += f"; within noise of it: {', '.join(ties)}"
+            text += f"; within doubt of it: {', '.join(ties)}"
         text += f"; {_inverse(best)}"
         # A best family without an inverse, or without a target, is of no use to most: name the next one that has it.
         for entry in self.entries:
@@ -361,9 +367,8 @@ def compare(
     ranked = sorted(
         entries, key=lambda entry: (rank(entry.error_percent), entry.family != auto.family)
     )
-    return Comparison(
-        _with_ties(_named_once(ranked), records, masks), records, auto, baseline, masks, seed
-    )
+    with_doubts = _with_doubts(_named_once(ranked), records, masks, log.data.output_range)
+    return Comparison(with_doubts, records, auto, baseline, masks, seed)
 
 
 def _names_to_fit(families: Sequence[str] | None) -> tuple[str, ...]:
@@ -446,34 +451,23 @@ def _twins(above: ComparedFamily, below: ComparedFamily) -> bool:
     return True
 
 
-def _with_ties(
+def _with_doubts(
     ranked: list[ComparedFamily],
     records: tuple[Recording, ...],
     masks: tuple[npt.NDArray[np.bool_], ...],
+    output_range: float,
 ) -> tuple[ComparedFamily, ...]:
-    """Mark the rows whose mean square error differs from the best one by less than the scatter between blocks."""
-    if not ranked or ranked[0].model is None:
+    """Give each row the interval of its error, and mark those whose error is within doubt of the best one's."""
+    if not ranked or ranked[0].fit is None:
         return tuple(ranked)
-    best = _squares(ranked[0], records, masks)
+    best = part_squares(ranked[0].fit.predictions, records, masks)
     marked = []
     for entry in ranked:
-        if entry.model is None:
+        if entry.fit is None:
             marked.append(entry)
             continue
-        blocks = np.array_split(_squares(entry, records, masks) - best, POLICY.compared_blocks)
-        gaps = np.array([block.mean() for block in blocks if block.size])
-        doubt = float("inf")
-        if gaps.size > 1:
-            doubt = float(np.std(gaps, ddof=1) / np.sqrt(gaps.size))
-        marked.append(replace(entry, tied=bool(gaps.mean() <= POLICY.sigmas * doubt)))
+        squares = part_squares(entry.fit.predictions, records, masks)
+        low, high = interval(squares)
+        percent = (100.0 * low / output_range, 100.0 * high / output_range)
+        marked.append(replace(entry, tied=within_doubt(squares, best), interval_percent=percent))
     return tuple(marked)
-
-
-def _squares(
-    entry: ComparedFamily, records: tuple[Recording, ...], masks: tuple[npt.NDArray[np.bool_], ...]
-) -> Array:
-    assert entry.fit is not None
-    squares = []
-    for y, record, mask in zip(entry.fit.predictions, records, masks, strict=True):
-        squares.append((y[mask] - record.output[mask]) ** 2)
-    return np.concatenate(squares)

@@ -16,6 +16,7 @@ from dehyst.errors import ParameterError
 from dehyst.findings import Finding, Grade
 from dehyst.identification._evidence import CREEP, LEAST, RATE, Evidence
 from dehyst.identification._facts import Motion
+from dehyst.identification._policy import POLICY
 from dehyst.identification._residual import Residual, residual_structure
 from dehyst.models import (
     HysteresisModel,
@@ -513,6 +514,28 @@ class Fit(Plotted):
     def tracking(self) -> float | None:
         """Predicted error of open-loop tracking with the model, percent of the output's range; None where unknown."""
         return next((row.tracking_percent for row in self.table if row.chosen), None)
+
+    @property
+    def passed_over(self) -> str:
+        """Which row of the table errs far less on held-out samples, and why it was not taken; "" if there is none."""
+        if not self.test or not self.candidates:
+            return ""
+        best = min(self.table, key=lambda row: row.test_percent, default=None)
+        if best is None or not best.test_percent * POLICY.far_better <= self.test.rmse_percent:
+            return ""
+        left_out = {}
+        for setting in self.candidates:
+            left_out.setdefault(setting.family, setting.error_percent)
+        reason = "the choice was made without these samples"
+        if best.family in left_out and self.family in left_out:
+            reason = (
+                f"on what was left out of the fitted part it erred {left_out[best.family]:.3g} %, and "
+                f"{self.family} {left_out[self.family]:.3g} %"
+            )
+        return (
+            f"{best.family} errs {best.test_percent:.3g} % on held-out samples, {self.family} "
+            f"{self.test.rmse_percent:.3g} %. It was not taken: {reason}. To take it: --family {best.family}."
+        )
 
     @property
     def input_error(self) -> InputError:

@@ -77,11 +77,16 @@ class Policy:
     # Where blocks hardly tell sums of elements apart, these have to beat plays by a quarter (docs/decisions/0048).
     clear: float = 0.75
 
-    # The noise of a difference between two families is the scatter over so many parts of the held-out samples ...
-    # [parts]
+    # The doubt of an error comes from so many consecutive parts of the scored samples, ... [parts]
     compared_blocks: int = 10
-    # ... and so many standard errors are a tie. [standard errors]
-    sigmas: float = 2.0
+    # ... drawn anew so often with repetition; ...
+    redraws: int = 2000
+    # ... the interval holds this share of the results, and two families tie where it reaches across.
+    redraw_share: float = 0.9
+    # A row of the table that errs so many times less on held-out samples than the chosen one is named. [factor]
+    far_better: float = 3.0
+    # Families whose errors differ by more than this are no tie, whatever part makes the difference. [factor]
+    tied_ratio: float = 2.0
     # Two models whose answers differ by less than this share of the range are one.
     same_answer: float = 1e-9
 

@@ -105,9 +105,10 @@ def _names(comparison: Comparison) -> str:
 
 
 _ERRORS = (
-    "RMS error of the output on samples that no fit has seen, percent of its range. A ring marks errors that differ "
-    "from the smallest one by less than the scatter between parts of the held-out samples: another log may turn their "
-    "order. Open bars are models without an inverse, which cannot become a compensator."
+    "RMS error of the output on samples that no fit has seen, percent of its range. The line at the end of a bar is as "
+    "long as nine tenths of the redraws are wide. A ring marks errors that may be the smallest on another log: drawn "
+    "anew, ten parts of the held-out samples turn their order in more than one of twenty redraws. Open bars are models "
+    "without an inverse, which cannot become a compensator."
 )
 
 
@@ -149,11 +150,15 @@ def _errors(comparison: Comparison) -> Panel:
             colour = TRAIN
         elif entry.family == "static":
             colour = STATIC
+        half_interval = 0.0
+        if entry.interval_percent is not None:
+            half_interval = 0.5 * (entry.interval_percent[1] - entry.interval_percent[0])
         bar = Bar(
             entry.family,
             entry.error_percent,
             colour,
             f"{number(entry.error_percent)} %",
+            spread=half_interval,
             hollow=not entry.invertible,
             ringed=entry.tied and k > 0,
         )
@@ -197,6 +202,7 @@ def _loops(comparison: Comparison, rival: ComparedFamily) -> tuple[Panel, Panel]
 HEAD = (
     "family",
     "held out [%]",
+    "interval [%]",
     "fitted [%]",
     "inverse [%]",
     "parameters",
@@ -212,7 +218,8 @@ def _table(comparison: Comparison) -> PageTable:
     """All families."""
     rows = tuple(map(_row, _identified(comparison)))
     note = (
-        "* within noise of the best. Percent of the output's range, for the inverse of the input's."
+        "* within doubt of the best. Interval: nine tenths of the errors of ten parts of the held-out samples, drawn "
+        "anew with repetition. Percent of the output's range, for the inverse of the input's."
     )
     title = f"{len(rows)} families"
     if len(rows) == 1:
@@ -237,9 +244,14 @@ def _row(entry: ComparedFamily) -> tuple[str, ...]:
         seed = str(entry.seed)
     if entry.exportable:
         exported = "yes"
+    redraws = ""
+    if entry.interval_percent is not None:
+        low, high = entry.interval_percent
+        redraws = f"{number(low)} to {number(high)}"
     return (
         name,
         _percent(entry.test),
+        redraws,
         _percent(entry.train),
         inverse,
         str(entry.parameters),

@@ -79,6 +79,8 @@ def _compared(fit: Fit) -> tuple[PageTable, ...]:
         "output will be from what is wanted if this inverse drives the actuator. This is a prediction: the other "
         "models stand for the actuator, and a constant offset does not count."
     )
+    if fit.passed_over:
+        note = f"{note} {fit.passed_over}"
     return (PageTable("Compared", head, tuple(rows), note),)
 
 
