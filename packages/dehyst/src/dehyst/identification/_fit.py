@@ -523,7 +523,7 @@ class Fit(Plotted):
         best = min(self.table, key=lambda row: row.test_percent, default=None)
         if best is None or not best.test_percent * POLICY.far_better <= self.test.rmse_percent:
             return ""
-        left_out = {}
+        left_out: dict[str, float] = {}
         for setting in self.candidates:
             left_out.setdefault(setting.family, setting.error_percent)
         reason = "the choice was made without these samples"
