@@ -1,5 +1,6 @@
 // Binding of the core's sums of elements: runs, solutions and columns over arrays; gains follow the steps of time.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <nanobind/stl/optional.h>
@@ -8,6 +9,7 @@
 
 #include "arrays.h"
 #include "dehyst.h"
+#include "element_walk.h"
 #include "no_pickle.h"
 #include "sample.h"
 #include "stoppable.h"
@@ -40,32 +42,79 @@ double gain_of(int32_t kind, double time, double dt)
     return time > 0.0 ? -std::expm1(-std::max(dt, 0.0) / time) : 1.0;
 }
 
-// The elements of one call, whose gains follow the steps of time.
+// The pieces of all maps of a sum, one after the other.
+struct Pieces {
+    std::vector<walk_piece> piece;
+    std::vector<int32_t> first;
+
+    explicit Pieces(const dehyst_elements &sum)
+    {
+        for (int32_t k = 0; k < sum.n; ++k) {
+            const dehyst_map &map = sum.element[k].map;
+            first.push_back(static_cast<int32_t>(piece.size()));
+            if (map.n < 2) continue;
+            piece.resize(piece.size() + static_cast<std::size_t>(map.n - 1));
+            walk_pieces(&map, piece.data() + first.back());
+        }
+    }
+};
+
+// The elements of one call, whose gains follow the steps of time. Time stamps are rounded, so that steps of one period
+// have a few lengths that come back: the elements of the last ones are kept.
 class Timed {
   public:
-    Timed(const dehyst_elements &sum, const std::vector<double> &time)
-        : view(sum), element_(sum.element, sum.element + sum.n), time_(time)
+    Timed(const dehyst_elements &sum, const Pieces &pieces, const std::vector<double> &time)
+        : at_(static_cast<std::size_t>(sum.n)), time_(time),
+          walk_{sum, pieces.piece.data(), pieces.first.data(), at_.data()}
     {
-        view.element = element_.data();
+        for (Passed &passed : passed_) passed.element.assign(sum.element, sum.element + sum.n);
+        walk_.sum.element = passed_[0].element.data();
     }
     Timed(const Timed &) = delete;
     Timed &operator=(const Timed &) = delete;
 
     void pass(double dt)
     {
-        if (dt == passed_) return;
-        passed_ = dt;
-        for (std::size_t k = 0; k < element_.size(); ++k)
-            element_[k].gain = gain_of(element_[k].kind, time_[k], dt);
+        if (dt == passed_[present_].dt) return;
+        const auto same = std::find_if(passed_.begin(), passed_.end(), [dt](const Passed &p) { return p.dt == dt; });
+        if (same != passed_.end()) {
+            present_ = static_cast<std::size_t>(same - passed_.begin());
+        } else {
+            present_ = oldest_;
+            oldest_ = (oldest_ + 1) % passed_.size();
+            Passed &passed = passed_[present_];
+            passed.dt = dt;
+            for (std::size_t k = 0; k < passed.element.size(); ++k)
+                passed.element[k].gain = gain_of(passed.element[k].kind, time_[k], dt);
+        }
+        walk_.sum.element = passed_[present_].element.data();
     }
 
-    dehyst_elements view;
+    const element_walk &walk() const { return walk_; }
 
   private:
-    std::vector<dehyst_element> element_;
+    struct Passed {
+        double dt = -1.0;
+        std::vector<dehyst_element> element;
+    };
+
+    std::array<Passed, 8> passed_;
+    std::size_t present_ = 0, oldest_ = 0;
+    std::vector<int32_t> at_;
     const std::vector<double> &time_;
-    double passed_ = -1.0;
+    element_walk walk_;
 };
+
+// The core's own steps, against which the walk is tested.
+double core_step(const element_walk *walk, dehyst_elements_state *state, double u, const double *given)
+{
+    return dehyst_elements_step(&walk->sum, state, u, given);
+}
+
+double core_solve_step(const element_walk *walk, dehyst_elements_state *state, double y, const double *given)
+{
+    return dehyst_elements_solve_step(&walk->sum, state, y, given);
+}
 
 class ElementSum {
   public:
@@ -105,6 +154,7 @@ class ElementSum {
             view_.schedule_high[v] = range.data()[schedules + v];
         }
         require(dehyst_elements_check(&view_) == DEHYST_IMAGE_GOOD, "parameters are not those of a sum of elements");
+        pieces_.emplace(view_);
     }
     ElementSum(const ElementSum &) = delete;
     ElementSum &operator=(const ElementSum &) = delete;
@@ -120,14 +170,16 @@ class ElementSum {
         return own(std::move(memory));
     }
 
-    nb::tuple run(const In &x, const std::optional<In> &dt, const std::optional<Given> &given, const In &memory) const
+    nb::tuple run(const In &x, const std::optional<In> &dt, const std::optional<Given> &given, const In &memory,
+                  bool core) const
     {
-        return over(&dehyst_elements_step, x, dt, given, memory);
+        return over(core ? &core_step : &walk_step, x, dt, given, memory);
     }
 
-    nb::tuple solve(const In &y, const std::optional<In> &dt, const std::optional<Given> &given, const In &memory) const
+    nb::tuple solve(const In &y, const std::optional<In> &dt, const std::optional<Given> &given, const In &memory,
+                    bool core) const
     {
-        return over(&dehyst_elements_solve_step, y, dt, given, memory);
+        return over(core ? &core_solve_step : &walk_solve_step, y, dt, given, memory);
     }
 
     nb::tuple columns(const In &x, const std::optional<In> &dt, const In &memory) const
@@ -138,13 +190,13 @@ class ElementSum {
         dehyst_elements_state state = begin(x, dt, after);
         for (std::size_t k = 0; k < x.size(); ++k)
             require(dehyst_accept(x.data()[k]), "a sample is not finite or far out");
-        Timed timed(view_, time_);
+        Timed timed(view_, *pieces_, time_);
         {
             const nb::gil_scoped_release released;
             Patience patience(20 + 10 * n);
             for (std::size_t k = 0; k < x.size() && !patience.stops(); ++k) {
                 timed.pass(dt ? dt->data()[k] : 0.0);
-                dehyst_elements_columns(&timed.view, &state, dehyst_map_value(&view_.before, x.data()[k]),
+                dehyst_elements_columns(&timed.walk().sum, &state, dehyst_map_value(&view_.before, x.data()[k]),
                                         rows.data() + k * n);
             }
         }
@@ -154,6 +206,7 @@ class ElementSum {
     }
 
     const dehyst_elements &view() const { return view_; }
+    const Pieces &pieces() const { return *pieces_; }
 
     // (n,) gains at a period of the samples.
     std::vector<double> gains(double period) const
@@ -163,7 +216,7 @@ class ElementSum {
         return gain;
     }
 
-    using Step = double (*)(const dehyst_elements *, dehyst_elements_state *, double, const double *);
+    using Step = double (*)(const element_walk *, dehyst_elements_state *, double, const double *);
 
     const std::vector<double> &time() const { return time_; }
 
@@ -199,7 +252,7 @@ class ElementSum {
         require(!given || (given->shape(0) == signal.size() && given->shape(1) == DEHYST_GIVEN),
                 "two scheduling variables for each sample");
         Buffer answer(signal.size());
-        Timed timed(view_, time_);
+        Timed timed(view_, *pieces_, time_);
         std::size_t rejected = 0;
         int32_t rounds = 0;
         {
@@ -208,7 +261,7 @@ class ElementSum {
             for (std::size_t k = 0; k < signal.size() && !patience.stops(); ++k) {
                 timed.pass(dt ? dt->data()[k] : 0.0);
                 answer.data()[k] =
-                    step(&timed.view, &state, signal.data()[k], given ? given->data() + DEHYST_GIVEN * k : nullptr);
+                    step(&timed.walk(), &state, signal.data()[k], given ? given->data() + DEHYST_GIVEN * k : nullptr);
                 rejected += state.flags & DEHYST_REJECTED;
                 rounds = std::max(rounds, state.rounds);
             }
@@ -228,13 +281,14 @@ class ElementSum {
     Map map_, before_, after_;
     std::vector<dehyst_element> element_;
     dehyst_elements view_{};
+    std::optional<Pieces> pieces_;
 };
 
 // The sum, or its solution, sample by sample in the units of the log: the memory stays here between two samples.
 class ElementSteps {
   public:
     ElementSteps(const ElementSum &sum, bool solves, double center, double half_range, double level, double amplitude)
-        : sum_(sum), timed_(sum.view(), sum.time()), step_(solves ? &dehyst_elements_solve_step : &dehyst_elements_step),
+        : sum_(sum), timed_(sum.view(), sum.pieces(), sum.time()), step_(solves ? &walk_solve_step : &walk_step),
           center_(center), half_range_(half_range), level_(level), amplitude_(amplitude)
     {
         for (int32_t v = 0; v < sum.view().schedules; ++v)
@@ -257,7 +311,7 @@ class ElementSteps {
         require(state_.z != nullptr, "no memory to begin with");
         require(dehyst_accept(scaled), "a sample is not finite or far out");
         timed_.pass(passed);
-        return level_ + amplitude_ * step_(&timed_.view, &state_, scaled, nullptr);
+        return level_ + amplitude_ * step_(&timed_.walk(), &state_, scaled, nullptr);
     }
 
     Out memory() const
@@ -382,10 +436,10 @@ void bind_element_sum(nb::module_ &m)
         .def("gains", [](const ElementSum &sum, double period) { return own(sum.gains(period)); }, "period"_a,
              "(n,) gains at a period of the samples.")
         .def("rest", &ElementSum::rest, "x"_a, "Memory (2 + n,) at rest at x: x, the last step, elements.")
-        .def("run", &ElementSum::run, "x"_a, "dt"_a.none(), "given"_a.none(), "memory"_a,
-             "(y (T,), memory, number of rejected samples, 0).")
-        .def("solve", &ElementSum::solve, "y"_a, "dt"_a.none(), "given"_a.none(), "memory"_a,
-             "(x (T,), memory, number of rejected samples, most rounds of a sample).")
+        .def("run", &ElementSum::run, "x"_a, "dt"_a.none(), "given"_a.none(), "memory"_a, "core"_a = false,
+             "(y (T,), memory, number of rejected samples, 0); of the core's own functions, if asked for.")
+        .def("solve", &ElementSum::solve, "y"_a, "dt"_a.none(), "given"_a.none(), "memory"_a, "core"_a = false,
+             "(x (T,), memory, number of rejected samples, most rounds of a sample); likewise.")
         .def("columns", &ElementSum::columns, "x"_a, "dt"_a.none(), "memory"_a,
              "(each element without map and weight (T, n), memory).");
     nb::class_<ElementSteps> steps(m, "ElementSteps", "A sum of elements, or its solution, sample by sample.");

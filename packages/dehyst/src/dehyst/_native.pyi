@@ -264,10 +264,20 @@ class ElementSum:
     def gains(self, period: float) -> _Array: ...
     def rest(self, x: float) -> _Array: ...
     def run(
-        self, x: _Array, dt: _Array | None, given: _Array | None, memory: _Array
+        self,
+        x: _Array,
+        dt: _Array | None,
+        given: _Array | None,
+        memory: _Array,
+        core: bool = False,
     ) -> tuple[_Array, _Array, int, int]: ...
     def solve(
-        self, y: _Array, dt: _Array | None, given: _Array | None, memory: _Array
+        self,
+        y: _Array,
+        dt: _Array | None,
+        given: _Array | None,
+        memory: _Array,
+        core: bool = False,
     ) -> tuple[_Array, _Array, int, int]: ...
     def columns(self, x: _Array, dt: _Array | None, memory: _Array) -> tuple[_Array, _Array]: ...
 

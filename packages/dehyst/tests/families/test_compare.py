@@ -114,6 +114,20 @@ def test_ties_are_those_whose_difference_drowns_in_the_scatter(lagging):
     assert found["pi"].tied and not found["static"].tied
 
 
+def test_no_exportable_row_is_smaller_and_better_than_one_of_the_front(lagging):
+    comparison = compare(
+        lagging, ["pi", "pi-cumulative", "modified-pi", "static", "dahl", "play-sum"]
+    )
+    front = comparison.front
+    assert front and list(front) == sorted(front, key=lambda entry: -entry.error_percent)
+    for entry in front:
+        assert entry.exportable and entry.error_percent < comparison["static"].error_percent
+        for other in comparison.rows:
+            if other.exportable and other.parameters <= entry.parameters:
+                assert other.error_percent >= entry.error_percent
+    assert comparison.as_dict()["front"] == [entry.family for entry in front]
+
+
 @pytest.mark.slow
 def test_a_handful_of_held_out_samples_is_not_called_loops(lagging):
     found = compare(lagging, ["pi", "static"], train_fraction=0.999)

@@ -143,6 +143,11 @@ def _print(comparison: Comparison, request: CompareRequest) -> None:
         out.print("< what identify takes, which chooses without the held-out errors")
     if not runs_everywhere:
         out.print("p in Python only: no target can run it")
+    if len(comparison.front) > 1:
+        sizes = [f"{entry.family} ({entry.parameters})" for entry in comparison.front]
+        out.print(
+            f"smaller costs less on a target; no row errs less with as few parameters than {', '.join(sizes)}"
+        )
     notes = comparison.notes
     if notes:
         out.print()

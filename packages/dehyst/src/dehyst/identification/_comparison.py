@@ -194,6 +194,22 @@ class Comparison(Plotted):
         return tuple(entry for entry in self.entries if not entry.same_as)
 
     @property
+    def front(self) -> tuple[ComparedFamily, ...]:
+        """Rows that no other one of as few parameters betters, the smallest first.
+
+        Of those that can be exported and err less than the best curve without hysteresis.
+        """
+        curve = (self.auto.static_test or self.auto.static_train).rmse_percent
+        front: list[ComparedFamily] = []
+        least = rank(POLICY.static_as_good * curve)
+        # Rows stand in the order of their errors, and the sort is stable.
+        for entry in sorted(self.rows, key=lambda entry: entry.parameters):
+            if entry.exportable and rank(entry.error_percent) < least:
+                front.append(entry)
+                least = rank(entry.error_percent)
+        return tuple(front)
+
+    @property
     def verdict(self) -> str:
         """The result in one sentence."""
         best, auto = self.chosen, self.auto_entry
@@ -265,6 +281,7 @@ class Comparison(Plotted):
         return {
             "families": {entry.family: entry.as_dict() for entry in self.entries},
             "chosen": self.chosen.family,
+            "front": [entry.family for entry in self.front],
             "verdict": self.verdict,
             "auto": {"family": self.auto.family, "test": _score_dict(self.auto_entry.test)},
             "orientation": self.auto.facts.orientation,

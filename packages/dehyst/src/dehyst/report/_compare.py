@@ -12,6 +12,7 @@ from dehyst.identification import ComparedFamily, Comparison, Score
 from dehyst.report._drawing import Bar, PanelLine, bar_heights, bars, chart
 from dehyst.report._page import write_page
 from dehyst.report._parts import (
+    Axes,
     Page,
     PageFigure,
     PageTable,
@@ -23,7 +24,7 @@ from dehyst.report._parts import (
 )
 from dehyst.report._svg import write_picture
 from dehyst.report._text import YES_NO, bracketed, number, short
-from dehyst.report._theme import DATA, MODEL, OTHER, STATIC, TEST, TRAIN
+from dehyst.report._theme import DATA, INK, MODEL, OTHER, STATIC, TEST, TRAIN
 
 TITLE = "dehyst compare: "  # by which a picture is known that may be drawn anew
 # Bars longer than this many times the error of the best one are cut.
@@ -112,17 +113,21 @@ _ERRORS = (
 )
 
 
+_SIZES = (
+    "On the right the same errors over the number of parameters, which sets what a step costs on a target: no family "
+    "that can be exported lies below the line."
+)
+
+
 def comparison_figures(comparison: Comparison) -> tuple[PageFigure, ...]:
     """Return the pictures: errors of all families; the loop with the best one and what identify chooses."""
     rival = _beside(comparison)
-    over_input, loop = _loops(comparison, rival)
     caption = "Samples that no fit has seen, with the best family and what identify chooses (or the next one)."
+    panels = (_errors(comparison), _sizes(comparison))
     return numbered(
         (
-            PageFigure(
-                "families", "Every family on this log", _ERRORS, (_errors(comparison), over_input)
-            ),
-            PageFigure("loop", "The loop, held out", caption, (loop,)),
+            PageFigure("families", "Every family on this log", f"{_ERRORS} {_SIZES}", panels),
+            PageFigure("loop", "The loop, held out", caption, _loops(comparison, rival)),
         )
     )
 
@@ -167,6 +172,43 @@ def _errors(comparison: Comparison) -> Panel:
     draw = bars(rows, "RMS error on held-out loops [% of range]", edge=edge, beside=True)
     height = bar_heights(len(shown), beside=True)
     return Panel("Error on held-out loops", draw, f"Bars: {', '.join(words)}.", height)
+
+
+def _sizes(comparison: Comparison) -> Panel:
+    """Error of each family over its number of parameters, both logarithmic, with the front of those to be exported."""
+    shown = [entry for entry in _identified(comparison) if entry.error_percent > 0.0]
+    front = [entry for entry in comparison.front if entry.error_percent > 0.0]
+
+    def draw(axes: Axes) -> None:
+        for entry in shown:
+            face = OTHER.light if entry.exportable else "none"
+            axes.plot(entry.parameters, entry.error_percent, "o", ms=5.0, mfc=face, mec=OTHER.light)
+        sizes = [entry.parameters for entry in front]
+        errors = [entry.error_percent for entry in front]
+        axes.step(sizes, errors, where="post", color=TRAIN.light, lw=1.2)
+        axes.plot(sizes, errors, "o", ms=6.0, color=TRAIN.light)
+        for entry in front:
+            axes.annotate(
+                entry.family,
+                (entry.parameters, entry.error_percent),
+                xytext=(5.0, 4.0),
+                textcoords="offset points",
+                fontsize=8.0,
+            )
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        axes.margins(x=0.15, y=0.12)
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_formatter(lambda value, _: f"{value:g}")
+            axis.set_minor_formatter(lambda *_: "")
+        axes.set_xlabel("parameters")
+        axes.set_title("RMS error on held-out loops [% of range]", color=INK.light)
+
+    words = ", ".join(
+        f"{entry.family} {entry.parameters} with {entry.error_percent:.3g} %" for entry in front
+    )
+    height = bar_heights(len(_identified(comparison)), beside=True)
+    return Panel("Error over size", draw, f"Front: {words}.", height)
 
 
 def _loops(comparison: Comparison, rival: ComparedFamily) -> tuple[Panel, Panel]:
