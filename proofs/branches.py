@@ -20,6 +20,14 @@ from outcome import CORE, said, sources, tool
 TESTS = CORE.parents[2] / "tests" / "support"
 RUNS = (("core_bits", ()), ("core_claims", ()), ("block_random", ("6000", "1")))
 EXPLAINED = {
+    (
+        "element_block.c",
+        "for (int32_t round = 0; open && round < LINES + DEHYST_HALVINGS; ++round) {",
+    ): "no sum tried needs all rounds",
+    (
+        "element_block.c",
+        "const dehyst_real part = round < LINES ? miss_low / (miss_low - miss_high) : (dehyst_real)0.5;",
+    ): "the last halvings keep the bound of time for any sum; no sum tried gets there",
     ("joint_image.c", "return numbers && (step >= value || value - step < value);"): (
         "what is no number is refused by reals_are_good before"
     ),

@@ -2,6 +2,7 @@
 
 #define PARTS 64    /* of the stroke to the first sample: the decay of a short one is exact */
 #define DOUBLINGS 6 /* 2^6 parts */
+#define LINES 20    /* first rounds to the x of the first sample; four to eight are usual */
 
 static dehyst_real line_inside(const dehyst_element_block *block, dehyst_real x)
 {
@@ -44,26 +45,50 @@ static void arrive(const dehyst_element_block *block, dehyst_elements_state *sta
     }
 }
 
-/* The same, to the x where the sum is `value`: halving comes down to rounding. */
+/* What is missing to `value` in the sum of an actuator that came to x. */
+static dehyst_real missed(const dehyst_element_block *block, dehyst_elements_state *state, const dehyst_real *given,
+                          dehyst_real x, dehyst_real value)
+{
+    dehyst_real share[DEHYST_SHARES];
+    dehyst_real slope;
+    arrive(block, state, x);
+    dehyst_elements_shares(&block->sum, state, given, share);
+    return value - dehyst_elements_value(&block->sum, state, share, x, 1, &slope);
+}
+
+/* The same, to the x where the sum is `value`. The line between two bounds tells where to look next; the bound that
+ * stays counts half, so that the other one does not creep (the Illinois method). The last rounds halve what is left,
+ * which comes down to rounding whatever the sum. */
 static void arrive_at_value(const dehyst_element_block *block, dehyst_elements_state *state, const dehyst_real *given,
                             dehyst_real value)
 {
-    dehyst_real share[DEHYST_SHARES];
     const dehyst_elements *sum = &block->sum;
+    const dehyst_real near = (sum->high - sum->low) * (dehyst_real)DEHYST_ROUNDING;
     dehyst_real low = sum->low;
     dehyst_real high = sum->high;
-    for (int32_t i = 0; i < DEHYST_HALVINGS; ++i) {
-        const dehyst_real x = dehyst_within(low + (dehyst_real)0.5 * (high - low), sum->low, sum->high);
-        dehyst_real slope;
-        arrive(block, state, x);
-        dehyst_elements_shares(sum, state, given, share);
-        if (dehyst_elements_value(sum, state, share, x, 1, &slope) < value) {
+    dehyst_real miss_low = missed(block, state, given, low, value);
+    dehyst_real miss_high = missed(block, state, given, high, value);
+    dehyst_real x = miss_low > 0 ? high : low;
+    int32_t side = 0; /* the bound that moved last: 1 low, -1 high */
+    int32_t open = miss_low > 0 && miss_high < 0;
+    for (int32_t round = 0; open && round < LINES + DEHYST_HALVINGS; ++round) {
+        const dehyst_real part = round < LINES ? miss_low / (miss_low - miss_high) : (dehyst_real)0.5;
+        x = dehyst_within(low + part * (high - low), sum->low, sum->high);
+        const dehyst_real miss = missed(block, state, given, x, value);
+        open = (miss < 0 || miss > 0) && x - low > near && high - x > near;
+        if (miss > 0) {
+            miss_high *= side > 0 ? (dehyst_real)0.5 : (dehyst_real)1;
             low = x;
+            miss_low = miss;
+            side = 1;
         } else {
+            miss_low *= side < 0 ? (dehyst_real)0.5 : (dehyst_real)1;
             high = x;
+            miss_high = miss;
+            side = -1;
         }
     }
-    arrive(block, state, high);
+    arrive(block, state, x);
 }
 
 /* The sum at x. Where it would leave its reach, x is held back at the point where it meets it: memory follows that. */

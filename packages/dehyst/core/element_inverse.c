@@ -7,11 +7,6 @@
  * The solution stays between two inputs; a step beyond one of them where the sum is known goes to their middle instead,
  * and so does, after the first rounds, one that is not half as long as the step before. If all of that has not ended,
  * the last rounds halve what is left: from the whole range they come down to its rounding, whatever the sum. */
-#ifdef DEHYST_FLOAT
-#define ROUNDING 1.2e-7f
-#else
-#define ROUNDING 2.2e-16
-#endif
 #define NEWTON 12 /* first rounds; one to four are usual */
 #define LAST (DEHYST_ROUNDS - DEHYST_HALVINGS)
 
@@ -20,7 +15,7 @@ static dehyst_real magnitude(dehyst_real x) { return x < 0 ? -x : x; }
 dehyst_real dehyst_elements_solve(const dehyst_elements *sum, dehyst_elements_state *state, const dehyst_real *share,
                                   dehyst_real value)
 {
-    const dehyst_real near = (sum->high - sum->low) * (dehyst_real)ROUNDING;
+    const dehyst_real near = (sum->high - sum->low) * (dehyst_real)DEHYST_ROUNDING;
     dehyst_real bound[2] = {sum->low, sum->high};
     int32_t known[2] = {0, 0}; /* whether the sum is known there */
     dehyst_real x = dehyst_within(state->last + state->step, sum->low, sum->high);

@@ -1,4 +1,4 @@
-"""A Gymnasium environment of the simulated robot: reach angles with muscles that have hysteresis."""
+"""Gymnasium environments of the simulated robot: reach angles, or follow them, with muscles that have hysteresis."""
 
 from __future__ import annotations
 
@@ -23,6 +23,8 @@ except ImportError as fault:
     ) from None
 
 DEGREES = 180.0 / np.pi
+# Of a path to follow: share of strokes that a rest follows, its length [s], largest acceleration [rad/s^2].
+REST_SHARE, REST_SECONDS, MOST_ACCELERATION = 0.25, 0.5, 10.0
 # float32, as policies of machine learning expect it
 Values = npt.NDArray[np.float32]
 
@@ -30,8 +32,8 @@ Values = npt.NDArray[np.float32]
 class ReachEnv(gymnasium.Env[Values, Values]):
     """Bring the joints to angles drawn at each reset, and hold them there.
 
-    Observation, float32: changes of the angles since the last step times 10, target angles, angles, each a share of the
-    joint's range; then both pressures of each joint with muscles, as shares of the largest. Action, -1..1: two valves
+    Registered as ``dehyst/Joint-v0``. Observation, float32: changes of the angles since the last step times 10, target
+    angles, angles, each a share of the joint's range; then both pressures of each joint with muscles, as shares of the largest. Action, -1..1: two valves
     for each joint with muscles (or two pressures, from the lowest to the highest), the angle as a share of its range
     for an electric one. Reward: minus the mean distance of the joints from the target angles. [deg]
     An episode ends when a joint leaves what is simulated, 1.25 times its range.
@@ -91,8 +93,8 @@ class ReachEnv(gymnasium.Env[Values, Values]):
         self._ticks = ticks
         self._reach = reach
         self._steps = max(1, round(seconds / (ticks * self.drives.period)))
-        self._left = 0
-        self._target = np.zeros(n)
+        self._done = 0
+        self._targets = np.zeros((1, n))
 
         # An action is scaled and shifted to commands; of the two commands of an electric joint it has the first only.
         low, high = robot.controller.pressure_low, robot.controller.pressure_high
@@ -111,7 +113,9 @@ class ReachEnv(gymnasium.Env[Values, Values]):
         pressure_scale = np.full(2 * int(muscles.sum()), 1.0 / high)
         self._reading_scale = np.concatenate([1.0 / self._range, pressure_scale])
         # The order of an observation: changes of the angles, targets, angles, pressures.
-        self._observation = np.zeros(2 * n + self._columns.size)
+        self._lead = self._observed_ahead(ticks * self.drives.period)
+        self._ahead = slice(n, n + n * len(self._lead))
+        self._observation = np.zeros(self._ahead.stop + self._columns.size)
         self.observation_space = Box(-10.0, 10.0, (self._observation.size,), np.float32)
         self.action_space = Box(-1.0, 1.0, (self._used.size,), np.float32)
 
@@ -121,12 +125,24 @@ class ReachEnv(gymnasium.Env[Values, Values]):
         """Begin an episode at rest in the zero pose, with a new target and new noise."""
         super().reset(seed=seed)
         readings = self.drives.reset(int(self.np_random.integers(1 << 31)))
-        n = self._range.size
-        self._target = self._reach * self._range * self.np_random.uniform(-1.0, 1.0, n)
-        self._left = self._steps
-        self._observation[n : 2 * n] = self._target / self._range
-        self._observation[2 * n : 3 * n] = readings[:, 0] / self._range
+        at_rest = readings[:, 0] / self._range
+        self._targets = self._drawn()
+        self._done = 0
+        self._observation[self._ahead.stop : self._ahead.stop + at_rest.size] = at_rest
         return self._observed(readings), self._info()
+
+    def _observed_ahead(self, step: float) -> tuple[int, ...]:
+        """How many steps of a length [s] the targets are ahead that an observation shows."""
+        return (0,)
+
+    def _drawn(self) -> Array:
+        """Target angles after each step, (steps, n) or one row for all of them. [rad]"""
+        return self._reach * self._range * self.np_random.uniform(-1.0, 1.0, (1, self._range.size))
+
+    def _target(self, ahead: int = 0) -> Array:
+        """Target angles (n,) so many steps ahead; at the end the last one stays. [rad]"""
+        row: Array = self._targets[min(self._done + ahead, len(self._targets) - 1)]
+        return row
 
     def step(self, action: Values) -> tuple[Values, float, bool, bool, dict[str, Any]]:
         """Hold an action for a step.
@@ -143,6 +159,7 @@ class ReachEnv(gymnasium.Env[Values, Values]):
                 f"chose it, or for a batch of actions where one is taken."
             )
         limited = np.minimum(np.maximum(values, -1.0), 1.0)
+        self._done += 1
         self._commands[self._used] = self._shift + self._scale * limited
         # A joint that leaves the simulated range ends the episode, with the observation before it.
         terminated = False
@@ -152,20 +169,107 @@ class ReachEnv(gymnasium.Env[Values, Values]):
         except SimulationError:
             observation = self._observation.astype(np.float32)
             terminated = True
-        self._left -= 1
         info = self._info()
         reward = -sum(map(abs, info["error_deg"].tolist())) / self._range.size
-        return observation, reward, terminated, self._left <= 0, info
+        return observation, reward, terminated, self._done >= self._steps, info
 
     def _observed(self, readings: Array) -> Values:
         """Update the observation in place, which costs less in each step than a new array."""
-        n = self._range.size
+        n, begin = self._range.size, self._ahead.stop
         now = self._observation
-        before = now[2 * n : 3 * n].copy()
-        np.multiply(readings.ravel()[self._columns], self._reading_scale, out=now[2 * n :])
-        np.multiply(now[2 * n : 3 * n] - before, 10.0, out=now[:n])
+        before = now[begin : begin + n].copy()
+        np.multiply(readings.ravel()[self._columns], self._reading_scale, out=now[begin:])
+        np.multiply(now[begin : begin + n] - before, 10.0, out=now[:n])
+        for k, ahead in enumerate(self._lead):
+            now[n + k * n : 2 * n + k * n] = self._target(ahead) / self._range
         return np.minimum(np.maximum(now, -10.0), 10.0).astype(np.float32)
 
     def _info(self) -> dict[str, Any]:
         angle = self.drives.angles * DEGREES
-        return {"angle_deg": angle, "error_deg": self._target * DEGREES - angle}
+        return {"angle_deg": angle, "error_deg": self._target() * DEGREES - angle}
+
+
+class TrackEnv(ReachEnv):
+    """Follow angles that move: smooth strokes between tips drawn at each reset, with rests behind some of them.
+
+    Registered as ``dehyst/JointTrack-v0``. As `ReachEnv`, but a stroke from q_0 to q_1 in the time T goes
+
+        q(t) = q_0 + (q_1 - q_0) (10 s^3 - 15 s^4 + 6 s^5),   s = t / T
+
+    which is the path of minimum jerk (Flash and Hogan, 1985). An observation shows two targets for each joint: the angle
+    to have at the end of the coming step, and the one `preview` seconds later, as a controller knows its path ahead.
+
+    Parameters
+    ----------
+    robot, joints
+        As `ReachEnv`; ``more`` are pressures, ticks, seconds and reach.
+    speed
+        Lowest and highest mean speed of a stroke. [rad/s]
+    preview
+        How far ahead the second target is. [s]
+
+    Raises
+    ------
+    ParameterError
+        If speed or preview are no times and speeds, or as `ReachEnv`.
+
+    Examples
+    --------
+    >>> env = TrackEnv(joints=(1,), seconds=2.0)
+    >>> observation, _ = env.reset(seed=3)
+    >>> observation.shape, env.path.shape
+    ((6,), (400, 1))
+    """
+
+    def __init__(
+        self,
+        robot: Robot | None = None,
+        joints: tuple[int, ...] | None = (1,),
+        *,
+        speed: tuple[float, float] = (0.1, 1.0),
+        preview: float = 0.1,
+        seconds: float = 10.0,
+        **more: Any,
+    ) -> None:
+        low, high = speed
+        if not 0.0 < low <= high < math.inf or not 0.0 <= preview < math.inf:
+            raise ParameterError(
+                f"speed = {speed!r:.60} and preview = {preview:g} make no path. Pass the lowest and the highest speed in "
+                f"rad/s, above 0, and a preview of 0 s or more."
+            )
+        self._speed, self._preview = speed, preview
+        super().__init__(robot, joints, seconds=seconds, **more)
+
+    def _observed_ahead(self, step: float) -> tuple[int, ...]:
+        return (1, 1 + round(self._preview / step))
+
+    @property
+    def path(self) -> Array:
+        """Target angles after each step of the episode, (steps, n). [rad]"""
+        return self._targets[1:]
+
+    def _drawn(self) -> Array:
+        step = self._ticks * self.drives.period
+        columns = []
+        for reach in (self._reach * self._range).tolist():
+            columns.append(self._strokes(reach, step))
+        return np.column_stack(columns)
+
+    def _strokes(self, reach: float, step: float) -> Array:
+        """Angle of one joint at the begin and after each step. [rad]"""
+        parts = [np.zeros(1)]
+        size, at = 1, 0.0
+        while size <= self._steps:
+            tip = float(self.np_random.uniform(-reach, reach))
+            speed = float(self.np_random.uniform(*self._speed))
+            way = abs(tip - at)
+            # The largest acceleration of such a stroke is 10 / sqrt(3) times its way over the square of its time.
+            time = max(way / speed, math.sqrt(10.0 / math.sqrt(3.0) * way / MOST_ACCELERATION))
+            steps = max(2, math.ceil(time / step))
+            s = np.arange(1, steps + 1) / steps
+            parts.append(at + (tip - at) * s**3 * (10.0 - 15.0 * s + 6.0 * s**2))
+            # Every fourth stroke or so is followed by a rest of half a second, where creep shows.
+            if self.np_random.random() < REST_SHARE:
+                parts.append(np.full(max(1, round(REST_SECONDS / step)), tip))
+            size, at = sum(map(len, parts)), tip
+        return np.concatenate(parts)[: self._steps + 1]

@@ -10,6 +10,7 @@ from gymnasium.utils.env_checker import check_env
 import dehyst_robot
 from dehyst.errors import ParameterError, SimulationError
 from dehyst_robot.arm import Drives, load_robot
+from dehyst_robot.environment import MOST_ACCELERATION, TrackEnv
 from places import ROOT
 
 ROBOT = load_robot(conditions="kind")
@@ -49,6 +50,48 @@ def test_the_environment_passes_gymnasiums_own_checker(more):
     env.reset(seed=1)
     seen, reward, *_ = env.step(env.action_space.sample())
     assert env.observation_space.contains(seen) and -90 < reward < 0
+
+
+@pytest.mark.parametrize("name", ["dehyst/Joint-v0", "dehyst/JointTrack-v0"])
+def test_the_registered_environments_pass_gymnasiums_own_checker(name):
+    env = gymnasium.make(name, joints=(1, 3))
+    assert env.spec.id == name
+    check_env(env.unwrapped, skip_render_check=True)
+
+
+def test_a_path_to_follow_is_smooth_stays_within_its_reach_and_is_observed_ahead():
+    env = TrackEnv(ROBOT, (1, 2), seconds=6.0, reach=0.5, speed=(0.2, 0.4), preview=0.05)
+    observation, info = env.reset(seed=4)
+    path, step = env.path, 0.005
+    assert path.shape == (1200, 2)
+    limits = 0.5 * np.array([ROBOT.joint(number).range for number in (1, 2)])
+    assert (np.abs(path) <= limits + 1e-12).all()
+    rate = np.abs(np.diff(path, axis=0)) / step
+    # The speed of a stroke of minimum jerk is at most 15/8 of its mean.
+    assert 0.2 < rate.max() <= 1.0001 * 1.875 * 0.4
+    assert np.abs(np.diff(path, 2, axis=0)).max() / step**2 < 1.05 * MOST_ACCELERATION
+    for k in range(30):
+        shown = observation[2:6].reshape(2, 2) * [ROBOT.joint(number).range for number in (1, 2)]
+        np.testing.assert_allclose(shown, [path[k], path[k + 10]], atol=1e-6)
+        observation, _, _, _, info = env.step(np.zeros(4, np.float32))
+        wanted = np.degrees(path[k])
+        np.testing.assert_allclose(info["angle_deg"] + info["error_deg"], wanted, atol=1e-9)
+
+
+def test_two_resets_give_two_paths_and_a_seed_gives_one_again():
+    env = TrackEnv(ROBOT, (1,))
+    env.reset(seed=1)
+    first = env.path.copy()
+    env.reset()
+    assert not np.array_equal(env.path, first)
+    env.reset(seed=1)
+    np.testing.assert_array_equal(env.path, first)
+
+
+@pytest.mark.parametrize("wrong", [{"speed": (0.0, 1.0)}, {"speed": (2.0, 1.0)}, {"preview": -1.0}])
+def test_a_path_that_cannot_be_is_refused(wrong):
+    with pytest.raises(ParameterError, match="make no path"):
+        TrackEnv(ROBOT, **wrong)
 
 
 def test_environments_run_side_by_side_and_repeat_by_their_seed():

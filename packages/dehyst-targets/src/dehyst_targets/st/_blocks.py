@@ -19,7 +19,7 @@ from dehyst_targets.st._pou import Pou, PouVariable, block_of, constant, rendere
 INPUT_LIMIT = {"LREAL": precision.INPUT_LIMIT["double"], "REAL": precision.INPUT_LIMIT["float"]}
 GROUPS = 8  # DEHYST_GROUPS of packages/dehyst/core/dehyst.h
 HALVINGS = {"LREAL": 54, "REAL": 25}  # DEHYST_HALVINGS of packages/dehyst/core/dehyst.h
-ROUNDING = {"LREAL": 2.2e-16, "REAL": 1.2e-7}  # of packages/dehyst/core/element_inverse.c
+ROUNDING = {"LREAL": 2.2e-16, "REAL": 1.2e-7}  # DEHYST_ROUNDING of packages/dehyst/core/dehyst.h
 
 
 def signal_names(names: tuple[str, ...]) -> tuple[str, ...]:
@@ -506,11 +506,12 @@ def _work(real: str, model: ElementNumbers) -> tuple[PouVariable, ...]:
             "LastPosition LastStep OnShare Taken Target OffLine Scaled Late Wanted Position Answer Result Way Held "
             "Reading Memory Slope Reach LowSlope HighSlope Growth Distance EdgeBelow EdgeAbove Parts Lasting Share "
             "FirstPart LastPart Behind Before Steepness Total Steep Scheduled Near BoundLow BoundHigh Bound StepLength "
-            "Miss Room Newton NewtonLength NextPosition Portion WeightNow",
+            "Miss MissLow MissHigh Room Newton NewtonLength NextPosition Portion WeightNow",
         ),
         *zeros("DINT", "K Kind LeftEnd RightEnd Center Pieces Close Rounds RingPlace"),
         *zeros(
             "BOOL",
-            "Running Started Good Rising Up Known KnownLow KnownHigh Outside Halves Follows Ahead AtLow AtHigh",
+            "Running Started Good Rising Up Known KnownLow KnownHigh Outside Halves Follows Ahead AtLow AtHigh Open "
+            "MovedLow MovedHigh",
         ),
     )
