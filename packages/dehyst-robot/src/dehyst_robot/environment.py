@@ -33,9 +33,10 @@ class ReachEnv(gymnasium.Env[Values, Values]):
     """Bring the joints to angles drawn at each reset, and hold them there.
 
     Registered as ``dehyst/Joint-v0``. Observation, float32: changes of the angles since the last step times 10, target
-    angles, angles, each a share of the joint's range; then both pressures of each joint with muscles, as shares of the largest. Action, -1..1: two valves
-    for each joint with muscles (or two pressures, from the lowest to the highest), the angle as a share of its range
-    for an electric one. Reward: minus the mean distance of the joints from the target angles. [deg]
+    angles, angles, each a share of the joint's range; then both pressures of each joint with muscles, as shares of the
+    largest. Action, -1..1: two valves for each joint with muscles (or two pressures, from the lowest to the highest),
+    the angle as a share of its range for an electric one. Reward: minus the mean distance of the joints from the target
+    angles. [deg]
     An episode ends when a joint leaves what is simulated, 1.25 times its range.
 
     Parameters
@@ -196,8 +197,8 @@ class TrackEnv(ReachEnv):
 
         q(t) = q_0 + (q_1 - q_0) (10 s^3 - 15 s^4 + 6 s^5),   s = t / T
 
-    which is the path of minimum jerk (Flash and Hogan, 1985). An observation shows two targets for each joint: the angle
-    to have at the end of the coming step, and the one `preview` seconds later, as a controller knows its path ahead.
+    which is the path of minimum jerk (Flash and Hogan, 1985). An observation shows two targets for each joint: the
+    angle to have at the end of the coming step, and the one `preview` seconds later, as a controller knows its path.
 
     Parameters
     ----------
@@ -234,8 +235,8 @@ class TrackEnv(ReachEnv):
         low, high = speed
         if not 0.0 < low <= high < math.inf or not 0.0 <= preview < math.inf:
             raise ParameterError(
-                f"speed = {speed!r:.60} and preview = {preview:g} make no path. Pass the lowest and the highest speed in "
-                f"rad/s, above 0, and a preview of 0 s or more."
+                f"speed = {speed!r:.60} and preview = {preview:g} make no path. Pass the lowest and the highest speed "
+                f"in rad/s, above 0, and a preview of 0 s or more."
             )
         self._speed, self._preview = speed, preview
         super().__init__(robot, joints, seconds=seconds, **more)
