@@ -18,7 +18,17 @@ from pathlib import Path
 from typing import Any
 
 from result_files import save
-from speed import accuracy, commands, engine, evaluation, normal_equations, overhead, program, table
+from speed import (
+    accuracy,
+    commands,
+    engine,
+    evaluation,
+    normal_equations,
+    overhead,
+    program,
+    sums,
+    table,
+)
 from speed.figures import Figures
 from startup import machine
 from threadpoolctl import threadpool_limits
@@ -48,6 +58,7 @@ def measure(samples: int, rounds: int, quick: bool, only: set[str]) -> dict[str,
         "normal": lambda: normal_equations.run(samples, rounds, figures, quick),
         "program": lambda: program.run(rounds, figures, quick),
         "accuracy": lambda: accuracy.run(samples, figures),
+        "sums": lambda: sums.run(rounds, figures),
         "overhead": lambda: overhead.run(rounds, figures),
         "commands": lambda: commands.run(min(rounds, 3), figures, quick),
     }
@@ -83,7 +94,7 @@ def main() -> None:
     parser.add_argument(
         "--only",
         default="",
-        help="parts, by comma: evaluation, normal, program, accuracy, overhead, commands",
+        help="parts, by comma: evaluation, normal, program, accuracy, sums, overhead, commands",
     )
     parser.add_argument(
         "--json",

@@ -16,7 +16,7 @@ def lazy_names(
     Parameters
     ----------
     room
-        Its dotted name.
+        Dotted name of the module, a room or its kit.
     homes
         Module below the room, or a whole dotted name -> names that it defines, with blanks between.
 
@@ -27,9 +27,10 @@ def lazy_names(
     (['command', 'quoted'], '"a b"')
     """
     home_of = {}
+    below = room.removesuffix(".kit")
     for module, names in homes.items():
         for name in names.split():
-            home_of[name] = module if module.startswith("dehyst") else f"{room}.{module}"
+            home_of[name] = module if module.startswith("dehyst") else f"{below}.{module}"
 
     def get(name: str) -> "Any":
         if name not in home_of:

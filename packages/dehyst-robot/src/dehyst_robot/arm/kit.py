@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 # Module -> names that it has; each is imported when it is first used.
 __getattr__, __dir__, __all__ = lazy_names(
-    "dehyst_robot.arm",
+    "dehyst_robot.arm.kit",
     {
         "_body": "hinges_of",
         "_drawn": "drawn_mjcf",

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 # Module -> names that it has; each is imported when it is first used.
 __getattr__, __dir__, __all__ = lazy_names(
-    "dehyst_robot.control",
+    "dehyst_robot.control.kit",
     {
         "_compensator": "refuse_second_shear",
         "_controller": "seated",

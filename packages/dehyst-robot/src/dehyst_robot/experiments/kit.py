@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from dehyst_robot.experiments._sweep.spec import load_sweep as load_sweep
 
 __getattr__, __dir__, __all__ = lazy_names(
-    "dehyst_robot.experiments",
+    "dehyst_robot.experiments.kit",
     {
         "_output": "as_json log_folder log_names mean_figures",
         "_plant_fit": "ALL OFFSETS UNITS fit_plant named",

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 # Module -> names that it has; each is imported when it is first used.
 __getattr__, __dir__, __all__ = lazy_names(
-    "dehyst_robot.muscles",
+    "dehyst_robot.muscles.kit",
     {
         "_base": "Arithmetic",
         "_experiments": "STROKE",

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from dehyst.app.requests import OUTPUT as OUTPUT
 
 __getattr__, __dir__, __all__ = lazy_names(
-    "dehyst.app",
+    "dehyst.app.kit",
     {
         "_design": "MOTIONS",
         "_drift": "ENDS",

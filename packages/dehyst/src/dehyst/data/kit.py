@@ -12,5 +12,5 @@ if TYPE_CHECKING:
     from dehyst.data._spread import spread_rows as spread_rows
 
 __getattr__, __dir__, __all__ = lazy_names(
-    "dehyst.data", {"_spread": "FOLDS SpreadRows folds_of score_of shares_of spread_rows"}
+    "dehyst.data.kit", {"_spread": "FOLDS SpreadRows folds_of score_of shares_of spread_rows"}
 )

@@ -60,7 +60,7 @@ if TYPE_CHECKING:
     from dehyst.export.precision import rounded as rounded
 
 __getattr__, __dir__, __all__ = lazy_names(
-    "dehyst.export",
+    "dehyst.export.kit",
     {
         "_budget": "CLOCKS budget",
         "_exchange": "alone repair",

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from dehyst.families._rows import turns_of as turns_of
 
 __getattr__, __dir__, __all__ = lazy_names(
-    "dehyst.families",
+    "dehyst.families.kit",
     {
         "_elements": "KINDS LAGS",
         "_loop_work": "work",

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from dehyst.io._write import write_table as write_table
 
 __getattr__, __dir__, __all__ = lazy_names(
-    "dehyst.io",
+    "dehyst.io.kit",
     {
         "_cells": "HOLDS_TEXT comma_number date_order parse_numbers",
         "_clocks": "TIME_WORDS counting_clock in_seconds two_columns unit_finding",

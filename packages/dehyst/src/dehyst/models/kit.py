@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from dehyst.models._storage import model_from_text as model_from_text
 
 __getattr__, __dir__, __all__ = lazy_names(
-    "dehyst.models",
+    "dehyst.models.kit",
     {
         "_arrays": "parameter_array parameter_number signal_array strictly_increasing",
         "_base": "make_stepper",

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from dehyst.report._thin import thin_series as thin_series
 
 __getattr__, __dir__, __all__ = lazy_names(
-    "dehyst.report",
+    "dehyst.report.kit",
     {
         "_drawing": "DASHED legend_label logarithmic",
         "_figures.operators": "play_figure",
