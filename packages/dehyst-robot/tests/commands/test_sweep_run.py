@@ -291,6 +291,19 @@ def test_a_run_that_kills_its_process_is_one_row_and_costs_no_other(spec, tmp_pa
     assert "died" in wrong[0]["error"]
 
 
+def test_a_summary_counts_the_runs_whose_compensator_was_declined(spec, tmp_path):
+    result = run_sweep(spec, tmp_path / "a.csv", evaluate=sweep_evaluators.quick, workers=0)
+    assert {row.declined for row in summarise(spec, result.points, result.columns)} == {0}
+    declined = [float(point.number == 2) for point in result.points]
+    marked = {**result.columns, "paper/declined": declined, "best/declined": [0.0] * len(declined)}
+    counts = [row.declined for row in summarise(spec, result.points, marked)]
+    assert counts == [0, 2, *[0] * (len(counts) - 2)]
+    # A table that was read from its file has text and gaps.
+    texts = ["" if not number else "1.0" for number in declined]
+    of_text = {**result.columns, "paper/declined": texts}
+    assert [row.declined for row in summarise(spec, result.points, of_text)] == counts
+
+
 def test_medians_and_ranges_are_over_seeds_and_draws(spec, tmp_path):
     result = run_sweep(spec, tmp_path / "a.csv", evaluate=sweep_evaluators.quick, workers=0)
     summary = summarise(spec, result.points, result.columns)

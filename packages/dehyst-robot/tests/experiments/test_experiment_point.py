@@ -35,6 +35,7 @@ def test_a_point_returns_these_figures():
     assert set(found) == run | {
         "slow/paper/ratio_rms",
         "slow/paper/ratio_max",
+        "paper/declined",
         "nonzero_weights",
         "inverse_rms_ratio_unseen",
     }
@@ -43,6 +44,14 @@ def test_a_point_returns_these_figures():
         ratio = found[f"slow/paper/{key}_deg"] / found[f"slow/off/{key}_deg"]
         assert found[f"slow/paper/ratio_{key}"] == pytest.approx(ratio, rel=1e-12)
     assert found["slow/paper/ratio_rms"] < 0.4
+    assert found["paper/declined"] == 0.0
+
+
+@pytest.mark.slow
+def test_a_compensator_that_is_declined_is_said_so_and_changes_nothing():
+    found = point(("hysteresis.mechanism", "none"))
+    assert found["paper/declined"] == 1.0
+    assert found["slow/paper/ratio_rms"] == found["slow/paper/ratio_max"] == 1.0
 
 
 @pytest.mark.slow

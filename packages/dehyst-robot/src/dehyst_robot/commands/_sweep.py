@@ -158,6 +158,11 @@ def _print(result: experiments_kit.SweepResult) -> None:
     out.print(shown, width=max(out.width, 60 + 22 * len(labels)), crop=False)
     if len(rows) > MOST_ROWS:
         out.print(f"and {len(rows) - MOST_ROWS} more; all are in {result.out}")
+    if any(row.declined for row in rows):
+        out.print(
+            "declined: the model explains too little of unseen loops, so the trial ran without its compensator and its "
+            "ratio is 1; which one stands in the columns '.../declined'"
+        )
 
 
 def _cells(row: Summary, labels: Sequence[str]) -> tuple[str, ...]:
@@ -167,6 +172,8 @@ def _cells(row: Summary, labels: Sequence[str]) -> tuple[str, ...]:
     runs = f"{row.runs}"
     if row.failed:
         runs += f" ({row.failed} failed)"
+    if row.declined:
+        runs += f" ({row.declined} declined)"
     figures = [_figure(row.figures[label]) for label in labels]
     return (row.study, ", ".join(values), runs, *figures)
 

@@ -77,7 +77,8 @@ def evaluate_point(
     -------
     figures : dict
         ``"slow/paper/rms_deg"``, ``"slow/paper/max_deg"``, ... and ``"slow/paper/ratio_rms"``, ``ratio_max`` where
-        "off" is run too; ``"nonzero_weights"``, ``"inverse_rms_ratio_unseen"``.
+        "off" is run too; ``"paper/declined"``, 1 where its model explains too little of unseen loops, so that the
+        trials run without it; ``"nonzero_weights"``, ``"inverse_rms_ratio_unseen"``.
 
     Raises
     ------
@@ -130,6 +131,7 @@ def evaluate_point(
             for key, value in joint_figures(run, joint).items():
                 figures[f"{trial}/{name}/{key}"] = value
         if name != "off":
+            figures[f"{name}/declined"] = float(not identified[joint].accepted)
             figures["nonzero_weights"] = float(identified[joint].nonzero_weights)
             figures["inverse_rms_ratio_unseen"] = identified[joint].inverse_rms_ratio
     return figures | _ratios(figures, trials, compensators)

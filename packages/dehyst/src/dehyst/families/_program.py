@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -79,8 +79,10 @@ class Sums:
 
     Attributes
     ----------
-    gram, rhs
-        (blocks, pieces, N, N) and (blocks, pieces, N).
+    gram
+        Lower triangles of the symmetric matrices, row by row: (blocks, pieces, N (N + 1) / 2).
+    rhs
+        (blocks, pieces, N).
     counted, square
         Rows and squares of y, (blocks, pieces).
     knots
@@ -106,7 +108,7 @@ class Sums:
 
     @cached_property
     def of_blocks(self) -> tuple[Array, Array]:
-        """Sums over the pieces, (blocks, N, N) and (blocks, N)."""
+        """Sums over the pieces, (blocks, N (N + 1) / 2) and (blocks, N)."""
         return self.gram.sum(1), self.rhs.sum(1)
 
     @cached_property
@@ -133,7 +135,9 @@ def block_sums(
     ramps = np.clip(y[:, None], low, high) - knots[:-1]
     rows = np.hstack([np.ones((y.size, 1)), columns, -ramps])
     n = rows.shape[1]
-    gram, rhs = np.empty((BLOCKS, pieces, n, n)), np.zeros((BLOCKS, pieces, n))
+    below = _below(n)
+    gram, rhs = np.empty((BLOCKS, pieces, below[0].size)), np.zeros((BLOCKS, pieces, n))
+    square_matrix, places = np.empty((n, n)), below[0] * n + below[1]
     counted, square = np.zeros((BLOCKS, pieces)), np.zeros((BLOCKS, pieces))
     order = np.lexsort((place, block))
     bounds = np.searchsorted(block[order] * pieces + place[order], np.arange(BLOCKS * pieces + 1))
@@ -142,7 +146,9 @@ def block_sums(
         part = order[bounds[k] : bounds[k + 1]]
         part_rows, part_y = rows[part], y[part]
         weighted = part_rows * weight[part, None]
-        np.matmul(weighted.T, part_rows, out=gram[b, m])
+        np.matmul(weighted.T, part_rows, out=square_matrix)
+        # With a mode other than "raise" numpy writes without a copy in between; no place lies outside.
+        square_matrix.ravel().take(places, out=gram[b, m], mode="clip")
         rhs[b, m] = weighted.T @ part_y
         counted[b, m] = weight[part].sum()
         square[b, m] = (weight[part] * part_y) @ part_y
@@ -159,12 +165,14 @@ class Program:
         # Which unknowns take part: the offset, weights of the columns, slopes of the map.
         unknowns = np.concatenate([[0], 1 + columns, np.arange(first, first + pieces)])
         unknowns = unknowns.astype(np.int64)
-        # One index into flat matrices is ten times as fast as two.
-        pairs = (unknowns[:, None] * sums.gram.shape[-1] + unknowns).ravel()
+        # The unknowns increase, so that their lower triangle lies in that of the sums.
+        rows, columns_below = _below(unknowns.size)
+        large = unknowns[rows]
+        places = large * (large + 1) // 2 + unknowns[columns_below]
         gram, rhs = sums.of_blocks
-        self._of_blocks = gram.reshape(BLOCKS, -1).take(pairs, axis=1), rhs.take(unknowns, axis=1)
+        self._of_blocks = gram.take(places, axis=1), rhs.take(unknowns, axis=1)
         if mapped:
-            self._gram = sums.gram.reshape(BLOCKS * sums.pieces, -1).take(pairs, axis=1)
+            self._gram = sums.gram.reshape(BLOCKS * sums.pieces, -1).take(places, axis=1)
             self._rhs = sums.rhs.reshape(BLOCKS * sums.pieces, -1).take(unknowns, axis=1)
         self._chains = sums.penalty[0][np.ix_(columns, columns)]
         # The unknowns of the map are its slopes less 1.
@@ -203,6 +211,7 @@ class Program:
         samples = blocks_used @ sums.counted.sum(1)
         norms = np.sqrt(blocks_used @ sums.square.sum(1))
         extra = self._extra(regularisation)
+        rows, columns = _below(unknowns)
 
         def solved(
             factors: Array, parts: tuple[Array, Array], norms: Array, warm: list[Marks | None]
@@ -212,7 +221,10 @@ class Program:
             solutions: list[Solution] = []
             for k, (gram, side, norm) in enumerate(zip(grams, sides, norms.tolist(), strict=True)):
                 begin = warm[k] if k < len(warm) else solutions[0][1]
-                system = gram.reshape(unknowns, unknowns) + samples[k] * extra
+                system = samples[k] * extra
+                system[rows, columns] += gram
+                # The diagonal is not added twice.
+                system[columns, rows] = system[rows, columns]
                 solutions.append(_solved(system, side, self._lower, norm, begin))
             return solutions
 
@@ -253,6 +265,13 @@ class Program:
                 MEAN_SLOPE * np.outer(share, share) + SMOOTH_MAP**2 * sums.penalty[1]
             )
         return extra
+
+
+@lru_cache(maxsize=32)
+def _below(n: int) -> tuple[Numbers, Numbers]:
+    """Rows and columns of the lower triangle of a matrix (n, n), row by row."""
+    rows, columns = np.tril_indices(n)
+    return rows, columns
 
 
 def _solved(system: Array, rhs: Array, lower: Array, norm: float, warm: Marks | None) -> Solution:

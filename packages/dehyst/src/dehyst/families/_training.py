@@ -147,10 +147,11 @@ class Training:
         A rate-independent model answers the same at the samples that remain; the rate between them is the mean one.
         """
         every = -(-self.samples // most)
-        if every <= 1:
-            return self
-        stretches = tuple(_thin(stretch, every) for stretch in self.stretches)
-        return replace(self, stretches=stretches)
+        stretches = self.stretches
+        if every > 1:
+            stretches = tuple(_thin(stretch, every) for stretch in self.stretches)
+        # A workshop keeps these data, so they must not keep the workshops: their sums are large.
+        return replace(self, stretches=stretches, shared=[])
 
 
 def _late(stretch: Stretch, samples: int) -> Stretch:

@@ -252,6 +252,8 @@ class Summary:
         What is varied there: key -> value; for random draws key -> "drawn".
     runs, failed
         How many, and how many of them failed.
+    declined
+        In how many of them a compensator was declined: the trial ran without it, and its ratio is 1.
     figures
         Label -> median, lowest, highest; None where there is none.
     """
@@ -260,6 +262,7 @@ class Summary:
     values: Mapping[str, Any]
     runs: int
     failed: int
+    declined: int
     figures: Mapping[str, tuple[float, float, float] | None]
 
 
@@ -268,6 +271,11 @@ def summarise(
 ) -> tuple[Summary, ...]:
     """Return medians over seeds of each point of a grid, and over draws and seeds of random studies."""
     ratios = ratios_of(columns)
+    declined_rows = set[int]()
+    for name, numbers in columns.items():
+        if name.endswith("/declined"):
+            # A table read from a file has text in its columns.
+            declined_rows |= {row for row, number in enumerate(numbers) if float(number or 0.0)}
     studies = {study.name: study for study in spec.studies}
     # Rows that differ in seeds and random draws alone are summarised together.
     groups: dict[tuple[str, ...], list[int]] = {}
@@ -282,10 +290,11 @@ def summarise(
         values = _grid_values(spec, study, point)
         values |= dict.fromkeys(study.random, "drawn")
         failed = sum(bool(columns[ERROR][row]) for row in rows)
+        declined = sum(row in declined_rows for row in rows)
         figures = {}
         for label, numbers in ratios.items():
             figures[label] = _median_and_range([numbers[row] for row in rows])
-        summaries.append(Summary(study.name, values, len(rows), failed, figures))
+        summaries.append(Summary(study.name, values, len(rows), failed, declined, figures))
     return tuple(summaries)
 
 
