@@ -123,7 +123,7 @@ def _gains() -> str:
 def _carried() -> str:
     """What the family chosen on one run does on the others of the same log."""
     lines = [
-        "| log | pairs of runs | best again | within noise of the best | rank there | its error over the best one "
+        "| log | pairs of runs | best again | tied with the best | rank there | its error over the best one "
         "| over that of `identify` | worse than `identify` |",
         "|---|---|---|---|---|---|---|---|",
     ]
