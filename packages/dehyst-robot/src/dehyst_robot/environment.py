@@ -81,10 +81,20 @@ class ReachEnv(gymnasium.Env[Values, Values]):
         reach: float = 0.6,
     ) -> None:
         robot = robot or load_robot()
-        if ticks < 1 or not seconds > 0.0 or not 0.0 < reach <= 1.0:
+        numbers = (
+            isinstance(ticks, int)
+            and isinstance(seconds, (int, float))
+            and isinstance(reach, (int, float))
+        )
+        if not numbers or ticks < 1 or not 0.0 < seconds < math.inf or not 0.0 < reach <= 1.0:
             raise ParameterError(
-                f"ticks = {ticks}, seconds = {seconds:g}, reach = {reach:g} make no episode. Pass 1 tick or more, a "
-                f"positive length in seconds, and a reach from above 0 to 1, a share of the joints' range."
+                f"ticks = {ticks!r:.20}, seconds = {seconds!r:.20}, reach = {reach!r:.20} make no episode. Pass a "
+                f"whole number of ticks from 1 on, a positive length in seconds, and a reach from above 0 to 1, a "
+                f"share of the joints' range."
+            )
+        if joints is not None and not isinstance(joints, tuple):
+            raise ParameterError(
+                f"joints = {joints!r:.40} are no numbers of joints; pass a tuple, such as (1,)."
             )
         self.drives = Drives(robot, joints, pressures=pressures)
         moving = [robot.joint(number) for number in self.drives.moving]
@@ -199,6 +209,8 @@ class TrackEnv(ReachEnv):
 
     which is the path of minimum jerk (Flash and Hogan, 1985). An observation shows two targets for each joint: the
     angle to have at the end of the coming step, and the one `preview` seconds later, as a controller knows its path.
+    For n joints it is: changes (n), targets at the end of the step (n), targets `preview` later (n), angles (n),
+    pressures. Of the two actions of a joint with muscles the first one fills the muscle that raises the angle.
 
     Parameters
     ----------
@@ -232,11 +244,15 @@ class TrackEnv(ReachEnv):
         seconds: float = 10.0,
         **more: Any,
     ) -> None:
-        low, high = speed
-        if not 0.0 < low <= high < math.inf or not 0.0 <= preview < math.inf:
+        try:
+            low, high = map(float, speed)
+            usable = 0.0 < low <= high < math.inf and 0.0 <= preview < math.inf
+        except (TypeError, ValueError):
+            usable = False
+        if not usable:
             raise ParameterError(
-                f"speed = {speed!r:.60} and preview = {preview:g} make no path. Pass the lowest and the highest speed "
-                f"in rad/s, above 0, and a preview of 0 s or more."
+                f"speed = {speed!r:.60} and preview = {preview!r:.20} make no path. Pass the lowest and then the "
+                f"highest speed in rad/s, above 0, and a preview of 0 s or more."
             )
         self._speed, self._preview = speed, preview
         super().__init__(robot, joints, seconds=seconds, **more)

@@ -88,7 +88,13 @@ def test_two_resets_give_two_paths_and_a_seed_gives_one_again():
     np.testing.assert_array_equal(env.path, first)
 
 
-@pytest.mark.parametrize("wrong", [{"speed": (0.0, 1.0)}, {"speed": (2.0, 1.0)}, {"preview": -1.0}])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"speed": (0.0, 1.0)}, {"speed": (2.0, 1.0)}, {"speed": 0.5}, {"speed": (0.1,)}, {"speed": ("a", 1)},
+        {"preview": -1.0}, {"preview": "x"},
+    ],
+)  # fmt: skip
 def test_a_path_that_cannot_be_is_refused(wrong):
     with pytest.raises(ParameterError, match="make no path"):
         TrackEnv(ROBOT, **wrong)
@@ -116,7 +122,10 @@ def test_an_action_that_is_none_is_refused(action):
         env.step(action)
 
 
-@pytest.mark.parametrize("wrong", [{"ticks": 0}, {"seconds": -1.0}, {"reach": 2.0}])
+@pytest.mark.parametrize(
+    "wrong",
+    [{"ticks": 0}, {"ticks": 2.5}, {"seconds": -1.0}, {"seconds": float("inf")}, {"seconds": "a"}, {"reach": 2.0}],
+)  # fmt: skip
 def test_an_episode_that_cannot_be_is_refused(wrong):
     with pytest.raises(ParameterError, match="make no episode"):
         dehyst_robot.gym(**wrong)

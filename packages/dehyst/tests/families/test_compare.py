@@ -277,7 +277,7 @@ def test_the_table_fits_eighty_columns_with_whole_names_and_says_where_there_is_
 
 def test_a_rival_that_was_left_out_and_errs_less_is_said_so(lagging):
     found = compare(lagging, ["static"])
-    assert f"smallest error, {found.chosen.error_percent:.2f} %" in found.verdict
+    assert f"smallest error, {found.chosen.error_percent:.3g} %" in found.verdict
     assert "among those compared" in found.verdict and "against" not in found.verdict
 
 

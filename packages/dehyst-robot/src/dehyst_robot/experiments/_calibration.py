@@ -34,7 +34,7 @@ BAR = 1e5
 
 
 def nominal_characteristic(robot: Robot, number: int) -> Characteristic:
-    """Characteristic from a published bench map, which is another one than the plant has: good enough to plan sweeps."""
+    """Characteristic from a published bench map, another one than the plant has: good enough to plan sweeps."""
     joint = robot.joint(number)
     q = np.linspace(-joint.range, joint.range, 81)
     r, s = (np.polynomial.polynomial.polyval(q, arm) for arm in arm_kit.moment_arms(robot, number))

@@ -136,17 +136,18 @@ def _print(comparison: Comparison, request: CompareRequest) -> None:
     heads = (name, ">held out", ">interval", ">inverse", ">parameters", ">fit s")
     out.print(table(heads, rows, bold=best))
     out.print(
-        "rms errors, percent of the output's range (inverse: of the input's); * within doubt of the best\n"
-        "interval: nine tenths of the errors of ten parts of the held-out samples, drawn anew"
+        "rms errors, percent of the output's range (inverse: of the input's)\n"
+        "interval: 90 % of the errors if other samples were held out (ten parts of them, drawn anew 2000 times)\n"
+        "* as good as the best, within this doubt"
     )
     if auto in families:
-        out.print("< what identify takes, which chooses without the held-out errors")
+        out.print("< what identify takes: it chooses without the held-out errors")
     if not runs_everywhere:
         out.print("p in Python only: no target can run it")
     if len(comparison.front) > 1:
         sizes = [f"{entry.family} ({entry.parameters})" for entry in comparison.front]
         out.print(
-            f"smaller costs less on a target; no row errs less with as few parameters than {', '.join(sizes)}"
+            f"best of their size, of the rows that a target can run (parameters): {', '.join(sizes)}"
         )
     notes = comparison.notes
     if notes:

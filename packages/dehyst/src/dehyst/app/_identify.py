@@ -257,7 +257,7 @@ def _print(fit: Fit, request: IdentifyRequest, cost: StepCost | None = None) -> 
     if cost is not None:
         cure = ""
         if cost.fits and cost.real == "float":
-            cure = "; export it with --real float"
+            cure = "; in double it would not keep the period: export it with --real float"
         out.print(f"{cost.words}{cure}")
     if fit.model.remarks:
         out.print("; ".join(fit.model.remarks))
@@ -268,7 +268,10 @@ def _print(fit: Fit, request: IdentifyRequest, cost: StepCost | None = None) -> 
         out.print(fit.residual.suggestions[0])
     print_findings(fit.warnings)
     print_end(
-        _next(fit, request.save), model=request.save, report=request.report, figures=request.figures
+        _next(fit, request.save, cost),
+        model=request.save,
+        report=request.report,
+        figures=request.figures,
     )
 
 
@@ -318,7 +321,7 @@ def _print_choice(fit: Fit) -> None:
     terminal().print(table(heads, rows))
 
 
-def _next(fit: Fit, saved: Path | None) -> str:
+def _next(fit: Fit, saved: Path | None, cost: StepCost | None = None) -> str:
     """What to do now; a compensator is offered only where the verdict allows one."""
     rec = fit.recordings[0]
     # Without a saved model the next command would have nothing to read.
@@ -338,5 +341,9 @@ def _next(fit: Fit, saved: Path | None) -> str:
         return f"{advice}. To simulate only: {simulate}"
     if saved is None:
         return again
+    if cost is not None:
+        # The model file knows neither the period nor the precision that were asked about.
+        real = cost.real if cost.real != "double" else None
+        return command("export", saved, target="c", period=cost.period, real=real, out="unit")
     options = {"output": rec.output_name, "out": "compensated.csv", **needs}
     return command("compensate", saved, "REFERENCE.csv", **options)

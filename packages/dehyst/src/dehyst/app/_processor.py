@@ -60,7 +60,8 @@ class StepCost:
         clock = export_kit.CLOCKS[self.processor] / 1e6
         return (
             f"a step takes {percent(self.typical / self.period)} of the period of {self.period:g} s on a "
-            f"{self.processor} at {clock:.0f} MHz in {self.real}, {percent(self.most / self.period)} at most"
+            f"{self.processor} at {clock:.0f} MHz in {self.real}, {percent(self.most / self.period)} at most (its "
+            f"instructions alone, at one a cycle)"
         )
 
     def as_dict(self) -> dict[str, Any]:

@@ -142,6 +142,7 @@ class ComparedFamily:
             "start": self.start,
             "seed": self.seed,
             "tied": self.tied,
+            "same_as": self.same_as,
             "interval_percent": self.interval_percent,
             "reason": self.reason,
         }
@@ -215,7 +216,7 @@ class Comparison(Plotted):
         best, auto = self.chosen, self.auto_entry
         if best.model is None:
             return "no family could be identified from this log."
-        best_percent, auto_percent = _told_apart(best.error_percent, auto.error_percent)
+        best_percent, auto_percent = f"{best.error_percent:.3g}", f"{auto.error_percent:.3g}"
         scored_on = self._scored_on
         text = f"{best.family} has the smallest error, {best_percent} % of range rms {scored_on}"
         if best.family == auto.family:
@@ -231,13 +232,13 @@ class Comparison(Plotted):
         # A best family without an inverse, or without a target, is of no use to most: name the next one that has it.
         for entry in self.entries:
             if entry.invertible and not best.invertible:
-                text += f". The best with an inverse is {entry.family}, {entry.error_percent:.2f} %"
+                text += f". The best with an inverse is {entry.family}, {entry.error_percent:.3g} %"
                 break
         if not best.exportable:
             text += f". {best.family} runs in Python only"
             for entry in self.entries:
                 if entry.exportable:
-                    text += f": of those that can be exported {entry.family} errs least, {entry.error_percent:.2f} %"
+                    text += f": of those that can be exported {entry.family} errs least, {entry.error_percent:.3g} %"
                     break
         return f"{text}."
 
@@ -302,13 +303,6 @@ def _score_dict(score: Score | None) -> dict[str, float] | None:
     if score is None:
         return None
     return score.as_dict()
-
-
-def _told_apart(best_percent: float, auto_percent: float) -> tuple[str, str]:
-    """Both errors with two decimals, or with three digits where these would be equal, as in the table below."""
-    if f"{best_percent:.2f}" != f"{auto_percent:.2f}":
-        return f"{best_percent:.2f}", f"{auto_percent:.2f}"
-    return f"{best_percent:.3g}", f"{auto_percent:.3g}"
 
 
 def compare(

@@ -106,16 +106,16 @@ def _names(comparison: Comparison) -> str:
 
 
 _ERRORS = (
-    "RMS error of the output on samples that no fit has seen, percent of its range. The line at the end of a bar is as "
-    "long as nine tenths of the redraws are wide. A ring marks errors that may be the smallest on another log: drawn "
-    "anew, ten parts of the held-out samples turn their order in more than one of twenty redraws. Open bars are models "
-    "without an inverse, which cannot become a compensator."
+    "RMS error of the output on samples that no fit has seen, percent of its range. The line at the end of a bar holds "
+    "90 % of the errors if other samples were held out: ten parts of them, drawn anew 2000 times. A ring marks errors "
+    "that may be the smallest on another log: their order turns in more than one of twenty redraws. Open bars are "
+    "models without an inverse, which cannot become a compensator."
 )
 
 
 _SIZES = (
-    "On the right the same errors over the number of parameters, which sets what a step costs on a target: no family "
-    "that can be exported lies below the line."
+    "On the right the same errors over the number of parameters: a smaller model usually takes less time on a target. "
+    "The line joins the best of each size among those that a target can run; crosses run in Python only."
 )
 
 
@@ -155,15 +155,12 @@ def _errors(comparison: Comparison) -> Panel:
             colour = TRAIN
         elif entry.family == "static":
             colour = STATIC
-        half_interval = 0.0
-        if entry.interval_percent is not None:
-            half_interval = 0.5 * (entry.interval_percent[1] - entry.interval_percent[0])
         bar = Bar(
             entry.family,
             entry.error_percent,
             colour,
             f"{number(entry.error_percent)} %",
-            spread=half_interval,
+            interval=entry.interval_percent,
             hollow=not entry.invertible,
             ringed=entry.tied and k > 0,
         )
@@ -181,8 +178,8 @@ def _sizes(comparison: Comparison) -> Panel:
 
     def draw(axes: Axes) -> None:
         for entry in shown:
-            face = OTHER.light if entry.exportable else "none"
-            axes.plot(entry.parameters, entry.error_percent, "o", ms=5.0, mfc=face, mec=OTHER.light)
+            marker = "o" if entry.exportable else "x"
+            axes.plot(entry.parameters, entry.error_percent, marker, ms=5.0, color=OTHER.light)
         sizes = [entry.parameters for entry in front]
         errors = [entry.error_percent for entry in front]
         axes.step(sizes, errors, where="post", color=TRAIN.light, lw=1.2)
@@ -202,7 +199,7 @@ def _sizes(comparison: Comparison) -> Panel:
             axis.set_major_formatter(lambda value, _: f"{value:g}")
             axis.set_minor_formatter(lambda *_: "")
         axes.set_xlabel("parameters")
-        axes.set_title("RMS error on held-out loops [% of range]", color=INK.light)
+        axes.set_title("RMS error [% of range], x: Python only", color=INK.light)
 
     words = ", ".join(
         f"{entry.family} {entry.parameters} with {entry.error_percent:.3g} %" for entry in front
@@ -260,8 +257,9 @@ def _table(comparison: Comparison) -> PageTable:
     """All families."""
     rows = tuple(map(_row, _identified(comparison)))
     note = (
-        "* within doubt of the best. Interval: nine tenths of the errors of ten parts of the held-out samples, drawn "
-        "anew with repetition. Percent of the output's range, for the inverse of the input's."
+        "* as good as the best, within the doubt that the interval shows: 90 % of the errors if other samples were "
+        "held out, ten parts of them drawn anew 2000 times. Percent of the output's range, for the inverse of the "
+        "input's."
     )
     title = f"{len(rows)} families"
     if len(rows) == 1:

@@ -241,6 +241,7 @@ class Bar:
     token: ThemeColour
     text: str  # behind the bar
     spread: float = 0.0  # half of the interval around its end
+    interval: tuple[float, float] | None = None  # the interval, where its end is not in the middle
     dark: float | None = None  # part of it that is drawn darker
     bold: bool = False  # the name
     hollow: bool = False
@@ -300,10 +301,11 @@ def _draw_bar(axes: Axes, k: int, bar: Bar, edge: float, beside: bool) -> None:
         axes.barh(k, bar.dark, height, color=colour, zorder=3)
     # A cut bar has no end that an interval could lie around.
     end = length
+    lowest, highest = bar.interval or (bar.value - bar.spread, bar.value + bar.spread)
     if not cut:
-        end = min(bar.value + bar.spread, edge)
-    if bar.spread and not cut:
-        low, high = min(bar.spread, bar.value), end - bar.value
+        end = min(highest, edge)
+    if highest > lowest and not cut:
+        low, high = bar.value - max(lowest, 0.0), end - bar.value
         axes.errorbar(
             bar.value,
             k,
