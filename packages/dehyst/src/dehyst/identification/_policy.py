@@ -79,7 +79,7 @@ class Policy:
 
     # The doubt of an error comes from so many consecutive parts of the scored samples, ... [parts]
     compared_blocks: int = 10
-    # ... drawn anew so often with repetition; ...
+    # ... drawn anew so often with repetition; ... [times]
     redraws: int = 2000
     # ... the interval holds this share of the results, and two families tie where it reaches across.
     redraw_share: float = 0.9
