@@ -1,4 +1,4 @@
-"""Makes the Gymnasium environment of a robot, and registers them; gymnasium is imported when one is made."""
+"""Makes the Gymnasium environment of a robot; gymnasium is imported when one is made."""
 
 from __future__ import annotations
 
@@ -21,20 +21,8 @@ def gym(robot: Robot | None = None, joints: tuple[int, ...] | None = (1,), **mor
     --------
     >>> gym(joints=(1, 2)).action_space.shape
     (4,)
-    >>> import gymnasium
-    >>> env = gymnasium.make("dehyst/JointTrack-v0", joints=(1, 2))
-    >>> env.reset(seed=1)[0].shape
-    (12,)
     """
     # gymnasium is an extra: only who makes an environment needs it.
     from dehyst_robot.environment import ReachEnv
 
     return ReachEnv(robot, joints, **more)
-
-
-def register() -> None:
-    """Register ``dehyst/Joint-v0`` and ``dehyst/JointTrack-v0``; gymnasium calls this by an entry point."""
-    from gymnasium.envs.registration import register as register_environment
-
-    for name, environment in (("Joint-v0", "ReachEnv"), ("JointTrack-v0", "TrackEnv")):
-        register_environment(name, entry_point=f"dehyst_robot.environment:{environment}")

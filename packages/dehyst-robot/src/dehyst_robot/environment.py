@@ -32,9 +32,9 @@ Values = npt.NDArray[np.float32]
 class ReachEnv(gymnasium.Env[Values, Values]):
     """Bring the joints to angles drawn at each reset, and hold them there.
 
-    Registered as ``dehyst/Joint-v0``. Observation, float32: changes of the angles since the last step times 10, target
-    angles, angles, each a share of the joint's range; then both pressures of each joint with muscles, as shares of the
-    largest. Action, -1..1: two valves for each joint with muscles (or two pressures, from the lowest to the highest),
+    Registered by the import of this module: ``gymnasium.make("dehyst_robot.environment:dehyst/Joint-v0")``.
+    Observation, float32: changes of the angles since the last step times 10, target angles, angles, each a share of the
+    joint's range; then both pressures of each joint with muscles, as shares of the largest. Action, -1..1: two valves for each joint with muscles (or two pressures, from the lowest to the highest),
     the angle as a share of its range for an electric one. Reward: minus the mean distance of the joints from the target
     angles. [deg]
     An episode ends when a joint leaves what is simulated, 1.25 times its range.
@@ -203,7 +203,8 @@ class ReachEnv(gymnasium.Env[Values, Values]):
 class TrackEnv(ReachEnv):
     """Follow angles that move: smooth strokes between tips drawn at each reset, with rests behind some of them.
 
-    Registered as ``dehyst/JointTrack-v0``. As `ReachEnv`, but a stroke from q_0 to q_1 in the time T goes
+    Registered as ``dehyst_robot.environment:dehyst/JointTrack-v0``. As `ReachEnv`, but a stroke from q_0 to q_1 in the
+    time T goes
 
         q(t) = q_0 + (q_1 - q_0) (10 s^3 - 15 s^4 + 6 s^5),   s = t / T
 
@@ -290,3 +291,7 @@ class TrackEnv(ReachEnv):
                 parts.append(np.full(max(1, round(REST_SECONDS / step)), tip))
             size, at = sum(map(len, parts)), tip
         return np.concatenate(parts)[: self._steps + 1]
+
+
+gymnasium.register("dehyst/Joint-v0", entry_point=f"{__name__}:ReachEnv")
+gymnasium.register("dehyst/JointTrack-v0", entry_point=f"{__name__}:TrackEnv")

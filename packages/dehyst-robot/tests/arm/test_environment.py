@@ -52,10 +52,11 @@ def test_the_environment_passes_gymnasiums_own_checker(more):
     assert env.observation_space.contains(seen) and -90 < reward < 0
 
 
-@pytest.mark.parametrize("name", ["dehyst/Joint-v0", "dehyst/JointTrack-v0"])
+@pytest.mark.parametrize("name", ["Joint-v0", "JointTrack-v0"])
 def test_the_registered_environments_pass_gymnasiums_own_checker(name):
-    env = gymnasium.make(name, joints=(1, 3))
-    assert env.spec.id == name
+    env = gymnasium.make(f"dehyst_robot.environment:dehyst/{name}", joints=(1, 3))
+    assert env.spec.id == f"dehyst/{name}"
+    assert gymnasium.make(f"dehyst/{name}").spec.id == env.spec.id
     check_env(env.unwrapped, skip_render_check=True)
 
 
