@@ -34,9 +34,9 @@ class ReachEnv(gymnasium.Env[Values, Values]):
 
     Registered by the import of this module: ``gymnasium.make("dehyst_robot.environment:dehyst/Joint-v0")``.
     Observation, float32: changes of the angles since the last step times 10, target angles, angles, each a share of the
-    joint's range; then both pressures of each joint with muscles, as shares of the largest. Action, -1..1: two valves for each joint with muscles (or two pressures, from the lowest to the highest),
-    the angle as a share of its range for an electric one. Reward: minus the mean distance of the joints from the target
-    angles. [deg]
+    joint's range; then both pressures of each joint with muscles, as shares of the largest. Action, -1..1: two valves
+    for each joint with muscles (or two pressures, from the lowest to the highest), the angle as a share of its range
+    for an electric one. Reward: minus the mean distance of the joints from the target angles. [deg]
     An episode ends when a joint leaves what is simulated, 1.25 times its range.
 
     Parameters
