@@ -136,18 +136,17 @@ def test_what_the_page_says_of_elements_is_what_the_numbers_say():
     ratios = sorted(
         benchmark.error(row, "elements") / best for row, best in zip(ROWS, others, strict=True)
     )
-    assert sum(ratio < 1.0 for ratio in ratios) == 16
-    assert round(0.5 * (ratios[12] + ratios[13]), 2) == 0.94
-    assert sum(ratio > 1.5 for ratio in ratios) == 1
-    assert sum(row["chosen"] in ELEMENTS for row in ROWS) == 20
+    assert sum(ratio < 1.0 for ratio in ratios) == 10
+    assert round(0.5 * (ratios[12] + ratios[13]), 2) == 1.06
+    assert sum(ratio > 1.6 for ratio in ratios) == 4
+    assert sum(row["chosen"] in ELEMENTS for row in ROWS) == 16
 
 
 def test_what_the_page_concludes_is_what_the_numbers_say():
     """Sentences of which-model-when.md that would be wrong if another run turned them round."""
     log = which_model.logs()
-    assert chosen_on("mr_damper") == {"elements", "mixed-sum", "full-volterra"} and best_of_others(
-        "mr_damper"
-    ) == {"lugre"}
+    on_damper = {"full-sum", "maxwell-slip", "mixed-sum", "full-volterra"}
+    assert chosen_on("mr_damper") == on_damper and best_of_others("mr_damper") == {"lugre"}
     for row in log["mr_damper"]:
         assert 0.2 < which_model.error(row, "maxwell-slip") / which_model.error(row, "stop") < 0.53
         assert which_model.error(row, "maxwell-slip") < 1.01 * which_model.error(row, "lugre")
@@ -183,6 +182,7 @@ def test_what_the_page_concludes_is_what_the_numbers_say():
     for name in ("pneumatic_arm_segment", "cavatappi_muscle"):
         assert chosen_on(name) == {"full-volterra", "creep-volterra"}
         ratios = carried.pop(name)
-        assert min(ratios) > 0.36 and max(ratios) < 0.69
-    assert max(carried.pop("piezo_dbo")) > 1.5
+        assert min(ratios) > 0.27 and max(ratios) < 0.81
+    assert max(carried.pop("piezo_dbo")) > 1.2
+    assert max(carried.pop("simulated_joint")) < 0.96
     assert all(0.8 < sorted(ratios)[len(ratios) // 2] < 1.1 for ratios in carried.values())

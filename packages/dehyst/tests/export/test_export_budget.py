@@ -60,7 +60,9 @@ def test_a_sum_of_every_row_of_elements_is_printed_with_no_less_than_was_counted
                     what,
                 )
                 most = max(was["most"], was["first"])
-                assert most <= printed(unit, name, "most") <= 1.6 * most, (row.name, what)
+                # How many rounds the slowest solution takes depends on the sum: the bound of all holds for each.
+                above = 3.2 if unit.numbers.work[0] == "element_block_solved" else 1.3
+                assert most <= printed(unit, name, "most") <= above * most, (row.name, what)
 
 
 @pytest.mark.parametrize("real", ["float", "double"])
