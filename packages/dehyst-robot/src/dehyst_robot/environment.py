@@ -82,7 +82,7 @@ class ReachEnv(gymnasium.Env[Values, Values]):
     ) -> None:
         robot = robot or load_robot()
         numbers = (
-            isinstance(ticks, int)
+            isinstance(ticks, (int, np.integer))
             and isinstance(seconds, (int, float))
             and isinstance(reach, (int, float))
         )
@@ -92,11 +92,11 @@ class ReachEnv(gymnasium.Env[Values, Values]):
                 f"whole number of ticks from 1 on, a positive length in seconds, and a reach from above 0 to 1, a "
                 f"share of the joints' range."
             )
-        if joints is not None and not isinstance(joints, tuple):
+        if joints is not None and not isinstance(joints, (tuple, list)):
             raise ParameterError(
                 f"joints = {joints!r:.40} are no numbers of joints; pass a tuple, such as (1,)."
             )
-        self.drives = Drives(robot, joints, pressures=pressures)
+        self.drives = Drives(robot, joints and tuple(joints), pressures=pressures)
         moving = [robot.joint(number) for number in self.drives.moving]
         n = len(moving)
         muscles = np.array([joint.pneumatic for joint in moving])
