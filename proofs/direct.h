@@ -21,6 +21,6 @@ static const dehyst_direct direct = {
     (dehyst_real)0.02, (dehyst_real)-0.5, (dehyst_real)0.5, -60, 60,
 };
 #define ADAPTATION                                                                                                    \
-    {(dehyst_real)0.3, 5, (dehyst_real)0.3, 0, (dehyst_real)0.5, 4, 1, 60, 1, 0, 2, 2, 1}
+    {(dehyst_real)0.3, 5, (dehyst_real)0.3, 0, (dehyst_real)0.5, 4, 1, 60, 1, 20, 0, 2, 2, 1}
 
 #endif

@@ -342,7 +342,7 @@ static dehyst_joint joint_of(const dehyst_model *model, const dehyst_direct *dir
         .angle_low = -0.7, .angle_high = 0.7, .pressure_low = 2e4, .pressure_high = 6e5, .ramp = below(4) ? 0.01 : 0, .shear = 1e5,
         .compensator_unit = 1e3, .compensator = model, .direct = direct,
         .adaptation = {30, below(3) ? 0.05 : 0, 0.3, below(2) ? 0 : 0.01, below(2) ? 0.5 : 50, below(3) ? 4 : 0, 1, below(2) ? 0.05 : 120,
-                       below(2) ? 0.002 : 0, 0.1, 2, below(3) ? 2 : 0, 1},
+                       below(2) ? 0.002 : 0, 0.005, 0.1, 2, below(3) ? 2 : 0, 1},
         .most_acceleration = 50, .least_speed = 0.002, .disturbance_pole = 50,
         .pneumatics = {801300, 101300, 84091, 1.26, 1.185, 2e-08, 0.3, 0.03},
         .angle_jump = below(3) ? 0.05 : 0, .pressure_jump = below(3) ? 3e4 : 0, .angle_step = 4.8e-05,

@@ -186,6 +186,28 @@ static void learning(void)
     const dehyst_learning before = state; /* what is no number teaches nothing and is no contact */
     CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, NAN, 1, 0) == 0);
     CLAIM(state.scale[0] == before.scale[0] && state.error == before.error && state.usual == before.usual && state.resting == before.resting);
+    for (int settling = 0; settling < 2; ++settling) { /* contact is held for as long as it lasts where errors were usual before */
+        adaptation = slow;
+        adaptation.most_error = 10;
+        adaptation.contact_ratio = 4;
+        adaptation.rest = 0.5;
+        adaptation.settling = settling;
+        dehyst_learning_reset(&adaptation, &state);
+        for (int k = 0; k < 4; ++k) {
+            CLAIM(state.settled == (settling ? 0.25 * k : 0) && state.held == 0);
+            CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 5, 1, 0) == 1);
+        }
+        const double usual = state.usual;
+        for (int k = 0; k < 50; ++k) {
+            CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 25, 1, 0) == 0 || !settling);
+            CLAIM(state.held == settling && (state.usual == usual || !settling));
+        }
+        CLAIM((state.scale[0] == 1) == settling);
+        if (settling) { /* and for `rest` after it */
+            CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 5, 1, 0) == 0 && state.held == 1);
+            CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 5, 1, 0) == 1 && state.held == 0);
+        }
+    }
     free(part);
 }
 
@@ -195,7 +217,7 @@ static dehyst_joint joint_of(const dehyst_direct *direct)
     const dehyst_joint joint = {
         .period = 1.0 / 2048, .inertia = 4, .pole = 6, .observer_pole = 60, .pressure_gain = 60, .b = {0.001},
         .volume = {{0.001}, {0.001}}, .angle_low = -0.5, .angle_high = 0.5, .pressure_low = 2e4, .pressure_high = 6e5,
-        .compensator_unit = 1, .direct = direct, .adaptation = {1, 1, 1, 0, 9, 0, 1, 1, 1, 2, 3, 1, 1},
+        .compensator_unit = 1, .direct = direct, .adaptation = {1, 1, 1, 0, 9, 0, 1, 1, 1, 0, 2, 3, 1, 1},
         .pneumatics = {801300, 101300, 84091, 1.26, 1.185, 2e-08, 0.3, 0}, .angle_step = 1e-4, .frozen_samples = 3, .hold_samples = 5};
     return joint;
 }

@@ -16,7 +16,7 @@ SCHEDULES = (
     Schedule("load", -8.0, 8.0, "Nm"),
 )
 QUICK = Adaptation(
-    rate=5.0, memory=0.05, first_error=5.0, patience=0.02, rest=0.01, disturbance_pole=30.0
+    rate=5.0, memory=0.05, first_error=5.0, patience=0.02, rest=0.01, settling=0.1, disturbance_pole=30.0
 )
 
 
@@ -65,6 +65,7 @@ def random_adaptation(rng):
         first_error=float(rng.choice([0.5, 20.0])),
         patience=float(rng.choice([0.0, 0.05])),
         rest=float(rng.choice([0.0, 0.005])),
+        settling=float(rng.choice([0.0, 0.01])),
         lowest=float(rng.choice([0.0, 0.9])),
         highest=float(rng.choice([1.0, 1.2])),
         offset_limit=float(rng.choice([0.0, 1.0])),

@@ -68,6 +68,7 @@ nb::dict flags()
     names["learned"] = static_cast<uint32_t>(DEHYST_LEARNED);
     names["stale"] = static_cast<uint32_t>(DEHYST_STALE);
     names["shifted"] = static_cast<uint32_t>(DEHYST_SHIFTED);
+    names["touched"] = static_cast<uint32_t>(DEHYST_TOUCHED);
     return names;
 }
 

@@ -159,6 +159,7 @@ inline void learn_by(const nb::dict &values, dehyst_joint &joint)
     a.first_error = from.real("first_error");
     a.patience = from.real("patience");
     a.rest = from.real("rest");
+    a.settling = from.real("settling");
     a.lowest = from.real("lowest");
     a.highest = from.real("highest");
     a.offset_limit = from.real("offset_limit");

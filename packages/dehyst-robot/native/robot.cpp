@@ -340,7 +340,7 @@ class ClosedLoop {
     {
         out.pressure_difference = sensors.pressure[0] - sensors.pressure[1];
         out.integrator = out.torque = out.valve[0] = out.valve[1] = 0;
-        out.flags &= DEHYST_STALE | DEHYST_SHIFTED;
+        out.flags &= DEHYST_STALE | DEHYST_SHIFTED | DEHYST_TOUCHED;
         if (fault_) return;
         nb::gil_scoped_acquire gil;
         try {

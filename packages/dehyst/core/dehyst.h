@@ -177,7 +177,7 @@ enum { /* answers */
 #define DEHYST_STATE_WORDS(n) (6 + DEHYST_REAL_WORDS * ((n) + 3))
 #define DEHYST_BLOCK_WORDS(n, before, after) (6 + DEHYST_REAL_WORDS * (4 * (n) + 2 * ((before) + (after)) + 11))
 #define DEHYST_JOINT_WORDS(n, memory)                                                                                 \
-    (16 + DEHYST_REAL_WORDS * ((n) + 40 + DEHYST_FIT_REALS + ((memory) < 0 ? 0 : 18 + 9 * DEHYST_GROUPS + 2 * (memory))))
+    (16 + DEHYST_REAL_WORDS * ((n) + 40 + DEHYST_FIT_REALS + ((memory) < 0 ? 0 : 20 + 9 * DEHYST_GROUPS + 2 * (memory))))
 
 /* Reals of memory that the parameters of an image need. */
 #define DEHYST_BLOCK_REALS(n, before, after) (4 * (n) + 2 * ((before) + (after)))
@@ -608,7 +608,8 @@ int32_t dehyst_offset_restore(const dehyst_offset *offset, dehyst_offset_state *
  *   scale_g += mu e part_g/(noise^2 + unit^2 + sum part^2),  offset likewise with `unit` for its part,  mu = rate T <= 1
  * and back into lowest .. highest and +-offset_limit: scales stay >= 0, so that whatever is learned opposes motion as the
  * model does and is invertible with it. An error beyond most_error and beyond contact_ratio times the usual one is contact:
- * learning rests until it is over. If it stays, the usual error grows by what was cut, and after a while it is learned as
+ * learning rests until it is over. If errors were usual for `settling` before, it is held for as long as it lasts: hysteresis
+ * does not change at once. Else, if it stays, the usual error grows by what was cut, and after a while it is learned as
  * the actuator's own: usual += T/patience (limit^2 - usual), at most exp((contact_ratio^2 - 1) t/patience). What was learned is used while its squared error, remembered over `memory`, is
  * below that of scales 1 and offset 0; else these are. Normalised and projected: nothing that is measured can make it
  * leave its bounds. */
@@ -623,6 +624,7 @@ typedef struct dehyst_adaptation {
     dehyst_real first_error;     /* usual error at first, [u] */
     dehyst_real patience;        /* over which larger errors that stay become the usual ones, [s] */
     dehyst_real rest;            /* without learning after a large error, [s] */
+    dehyst_real settling;        /* of usual errors, after which a large one is never learned, [s]; 0: there is none */
     dehyst_real lowest, highest; /* of a scale, 0 <= lowest <= 1 <= highest */
     dehyst_real offset_limit;    /* [u]; 0: no offset */
     dehyst_real unit;            /* size that the offset has as a signal, [u] */
@@ -638,6 +640,8 @@ typedef struct dehyst_learning {
     dehyst_real error_before;           /* of the model as it was identified */
     dehyst_real usual;                  /* mean square error of what was learned, large ones cut, [u^2] */
     dehyst_real resting;                /* time without learning that is left, [s] */
+    dehyst_real settled;                /* time of usual errors, at most `settling`, [s] */
+    dehyst_real held;                   /* 1: contact began after errors that were usual, and is not over; less: it may */
 } dehyst_learning;
 
 /* As identified. */
@@ -725,7 +729,8 @@ enum { /* flags of the output */
     DEHYST_FAULT_EVER = 128u,      /* some sensor or reference fault since the reset (sticky) */
     DEHYST_LEARNED = 256u,         /* this period taught the adaptation something */
     DEHYST_STALE = 512u,           /* the compensator's model does not fit: it is scaled down to what there is */
-    DEHYST_SHIFTED = 1024u         /* an offset of the torque, the same both ways: a pressure sensor or a weight */
+    DEHYST_SHIFTED = 1024u,        /* an offset of the torque, the same both ways: a pressure sensor or a weight */
+    DEHYST_TOUCHED = 2048u         /* a torque that came at once and is none of the joint's: a hand, a wall, a load */
 };
 
 typedef struct dehyst_joint_reference {
@@ -778,7 +783,7 @@ typedef struct dehyst_sensor {
 
 /* How well the compensator's torque h and the observed one l agree: see dehyst_fit_step. */
 #define DEHYST_FIT_SUMS 6
-#define DEHYST_FIT_REALS (22 + 2 * DEHYST_FIT_SUMS) /* of the structure: nothing else is in it */
+#define DEHYST_FIT_REALS (23 + 2 * DEHYST_FIT_SUMS) /* of the structure: nothing else is in it */
 typedef struct dehyst_fit {
     dehyst_real torque[4];               /* lags of h, the last one as the position loop answers, [Nm] */
     dehyst_real load[4];                 /* of l, [Nm] */
@@ -794,6 +799,7 @@ typedef struct dehyst_fit {
     dehyst_real found;                   /* hysteresis that there is over that of the model */
     dehyst_real scale;                   /* of the compensator, in use: 1 while the model fits */
     dehyst_real stale;                   /* 1: the model does not fit */
+    dehyst_real spoiled;                 /* 1: something touched the joint in this stroke, which says nothing of it then */
 } dehyst_fit;
 
 typedef struct dehyst_compared {
@@ -801,6 +807,7 @@ typedef struct dehyst_compared {
     dehyst_real angle, velocity; /* [rad], [rad/s] */
     dehyst_real largest;         /* torque of the joint, [Nm] */
     int position;                /* under position control */
+    int touched;                 /* by a hand or a wall */
 } dehyst_compared;
 
 typedef struct dehyst_characteristic {

@@ -46,6 +46,7 @@ void dehyst_fit_reset(dehyst_fit *fit)
     fit->found = 1;
     fit->scale = 1;
     fit->stale = 0;
+    fit->spoiled = 0;
 }
 
 /* L^2 s/(s + L)^3: what a disturbance of the torque does to the angle, but for a factor; `late`, x[0], of the input. */
@@ -58,6 +59,16 @@ static dehyst_real answered(dehyst_real *x, dehyst_real late, dehyst_real gain, 
     return x[3];
 }
 
+static void forget_stroke(dehyst_fit *fit, const dehyst_compared *seen)
+{
+    for (int32_t i = 0; i < DEHYST_FIT_SUMS; ++i) {
+        fit->stroke[i] = 0;
+    }
+    fit->rest = 0;
+    fit->time = 0;
+    fit->spoiled = seen->touched ? (dehyst_real)1 : (dehyst_real)0;
+}
+
 /* What the means of two strokes, one each way, have in common is no hysteresis. */
 static void end_stroke(dehyst_fit *fit, const dehyst_compared *seen)
 {
@@ -65,16 +76,18 @@ static void end_stroke(dehyst_fit *fit, const dehyst_compared *seen)
     if (swings || !(fit->stroke[HH] > LEAST) || fit->stroke[HH] * fit->strokes < WHOLE * fit->sum[HH]) {
         return;
     }
+    if (fit->spoiled > 0) {
+        forget_stroke(fit, seen);
+        return;
+    }
     for (int32_t i = 0; i < DEHYST_FIT_SUMS; ++i) {
         fit->sum[i] = KEPT * fit->sum[i] + fit->stroke[i];
-        fit->stroke[i] = 0;
     }
     const dehyst_real mean = fit->time > 0 ? dehyst_bounded(fit->rest / fit->time, 2 * MOST) : (dehyst_real)0;
+    forget_stroke(fit, seen);
     fit->strokes = KEPT * fit->strokes + 1;
     fit->offset = (dehyst_real)0.5 * (mean + fit->mean);
     fit->mean = mean;
-    fit->rest = 0;
-    fit->time = 0;
     const dehyst_real size = fit->offset < 0 ? -fit->offset : fit->offset;
     const dehyst_real limit = SHIFT * seen->largest * (fit->shifted > 0 ? (dehyst_real)0.5 : (dehyst_real)1);
     fit->shifted = fit->strokes > STROKES && size > limit ? (dehyst_real)1 : (dehyst_real)0;
@@ -128,6 +141,7 @@ void dehyst_fit_step(const dehyst_joint *joint, dehyst_fit *fit, const dehyst_co
         fit->rest = dehyst_bounded(fit->rest + joint->period * (fit->load[0] - fit->scale * fit->torque[0]), HIGHEST);
     }
     fit->time = dehyst_bounded(fit->time + joint->period, HIGHEST);
+    fit->spoiled = seen->touched ? (dehyst_real)1 : fit->spoiled;
     const int moves = seen->velocity > joint->least_speed || seen->velocity < -joint->least_speed;
     if (moves) {
         const dehyst_real way = seen->velocity > 0 ? (dehyst_real)1 : (dehyst_real)-1;
@@ -136,7 +150,9 @@ void dehyst_fit_step(const dehyst_joint *joint, dehyst_fit *fit, const dehyst_co
         }
         fit->way = way;
     }
-    judge(fit, seen, joint->direct ? 1 : 0);
+    if (!(fit->spoiled > 0)) {
+        judge(fit, seen, joint->direct ? 1 : 0);
+    }
     const dehyst_real careful = (fit->found - LESS) / (1 - LESS);
     const dehyst_real wanted = fit->stale > 0 ? dehyst_within(careful, 0, 1) : (dehyst_real)1;
     fit->scale = dehyst_faded(fit->scale, wanted, dehyst_fade_part(joint));

@@ -1,5 +1,8 @@
 #include "dehyst.h"
 
+#define SURE ((dehyst_real)0.1)  /* time of large errors that are no twitch, [s] */
+#define TENFOLD ((dehyst_real)10) /* how much more than a usual error a large one counts against being settled */
+
 static dehyst_real square_within(dehyst_real x)
 {
     const dehyst_real size = dehyst_bounded(x, (dehyst_real)1e7); /* its square is within DEHYST_INPUT_LIMIT */
@@ -16,6 +19,8 @@ void dehyst_learning_forget(const dehyst_adaptation *adaptation, dehyst_learning
     learning->error_before = 0;
     learning->usual = square_within(adaptation->first_error);
     learning->resting = 0;
+    learning->settled = 0;
+    learning->held = 0;
 }
 
 void dehyst_learning_reset(const dehyst_adaptation *adaptation, dehyst_learning *learning)
@@ -33,6 +38,23 @@ static dehyst_real part_of(dehyst_real period, dehyst_real time)
     return time > period ? period / time : (dehyst_real)1;
 }
 
+/* How long errors have been usual ones; where they were so for `settling`, a large one is held: no actuator changes at once.
+ * Short ones, as where the motion turns, neither hold nor unsettle. */
+static void settle(const dehyst_adaptation *adaptation, dehyst_learning *learning, dehyst_real period, int large)
+{
+    const int settled = adaptation->settling > 0 && learning->settled >= adaptation->settling;
+    if (large) {
+        const dehyst_real longer = settled || learning->held > 0 ? part_of(period, SURE) : (dehyst_real)0;
+        learning->held = dehyst_within(learning->held + longer, 0, 1);
+        learning->settled = dehyst_within(learning->settled - (settled ? (dehyst_real)0 : TENFOLD * period), 0, adaptation->settling);
+    } else if (!(learning->resting > 0)) {
+        learning->held = 0;
+        learning->settled = dehyst_within(learning->settled + period, 0, adaptation->settling);
+    } else {
+        /* a moment after a large error nothing is said */
+    }
+}
+
 /* Whether an error is another's doing, not the model's: far beyond what is usual, or was so a moment ago. */
 static int is_contact(const dehyst_adaptation *adaptation, dehyst_learning *learning, dehyst_real period,
                       dehyst_real error)
@@ -43,10 +65,13 @@ static int is_contact(const dehyst_adaptation *adaptation, dehyst_learning *lear
     const dehyst_real grown = ratio * ratio * learning->usual;
     const dehyst_real most = grown > always ? grown : always;
     const int large = square > most;
-    const dehyst_real part = part_of(period, square > learning->usual ? adaptation->patience : adaptation->memory);
-    learning->usual += part * ((large ? dehyst_within(most, 0, square) : square) - learning->usual);
     learning->resting = large ? adaptation->rest : learning->resting - period;
     learning->resting = learning->resting > 0 ? learning->resting : (dehyst_real)0;
+    settle(adaptation, learning, period, large);
+    if (!(learning->held > 0)) { /* what is held never becomes usual */
+        const dehyst_real part = part_of(period, square > learning->usual ? adaptation->patience : adaptation->memory);
+        learning->usual += part * ((large ? dehyst_within(most, 0, square) : square) - learning->usual);
+    }
     return large || learning->resting > 0;
 }
 

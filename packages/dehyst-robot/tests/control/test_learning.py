@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse, ModelCard, SignalCard
 from dehyst_robot.control import (
+    FLAGS,
     SWITCHES,
     Adaptation,
     JointController,
@@ -69,14 +70,15 @@ def in_bounds(controller, adaptation):
     memory=st.floats(0, 1e6),
     ratio=st.floats(0, 1e6),
     patience=st.floats(0, 1e6),
+    settling=st.floats(0, 1e6),
 )
 def test_no_sequence_of_inputs_leaves_the_bounds_or_makes_nan(
-    samples, bounds, rate, memory, ratio, patience, guarded
+    samples, bounds, rate, memory, ratio, patience, settling, guarded
 ):
     guards = {} if guarded else {"angle_jump": 0.0, "pressure_jump": 0.0, "hold_samples": 1000}
     lowest, highest, offset = bounds
     adaptation = Adaptation(
-        rate=rate, memory=memory, contact_ratio=ratio, patience=patience, lowest=lowest, highest=highest,
+        rate=rate, memory=memory, contact_ratio=ratio, patience=patience, settling=settling, lowest=lowest, highest=highest,
         offset_limit=offset,
     )  # fmt: skip
     controller = learner(adaptation, joint=JointControllerParameters(period=PERIOD, **guards))
@@ -184,10 +186,58 @@ def test_a_load_that_stays_is_learned_after_a_while():
         MODEL,
         200.0,
         lambda t: 1.5 if t >= 40.0 else 0.0,
-        Adaptation(patience=20.0, offset_limit=2.0),
+        Adaptation(patience=20.0, offset_limit=2.0, settling=0.0),
     )
     assert contact[round(45 / PERIOD)] == pytest.approx(1.5, abs=0.3)
     assert controller.offset == pytest.approx(1.5, abs=0.3)
+
+
+ALONG = LEARNS | SWITCHES["position"]
+
+
+def along_path(push, seconds=160.0, truth=MODEL, adaptation=None):
+    """Scales and flags of a joint under position control that is dragged to and fro as it shall move, and pushed."""
+    controller = learner(adaptation)
+    t = PERIOD * np.arange(round(seconds / PERIOD))
+    q = 0.3 * np.sin(0.8 * t) * np.clip(t / 3.0, 0, 1)
+    speed = np.gradient(q, PERIOD)
+    inertial = JOINT.inertia * np.gradient(speed, PERIOD)
+    needed = truth.run(q, t).u
+    scales, flags = [], []
+    for k, angle in enumerate(q):
+        pushed = push(t[k], np.tanh(speed[k] / 0.01))
+        difference = (needed[k] + inertial[k] + pushed) / JOINT.b[0]
+        wanted = JointReference(angle, speed[k])
+        out = controller.step(angle, 3e5 + difference / 2, 3e5 - difference / 2, wanted, ALONG)
+        scales.append(controller.applied)
+        flags.append(out.flags)
+    return np.array(scales), np.array(flags), t
+
+
+@pytest.mark.parametrize("size", [-10.0, -4.0, 4.0, 10.0])
+def test_a_hand_that_brakes_or_helps_is_never_learned_as_hysteresis_and_is_told(size):
+    scales, flags, t = along_path(lambda t, way: size * way if 60.0 <= t < 140.0 else 0.0)
+    touched = flags & FLAGS["touched"] != 0
+    held = (t >= 60.0) & (t < 140.0)
+    assert touched[held][round(1.0 / PERIOD) :].all()
+    assert not touched[t < 60.0].any() and not touched[t > 145.0].any()
+    before = scales[round(59.0 / PERIOD)]
+    assert scales[t >= 60.0] == pytest.approx(np.broadcast_to(before, scales[t >= 60.0].shape), abs=0.15)
+    assert not (flags & (FLAGS["stale"] | FLAGS["shifted"])).any()
+
+
+def test_without_the_rule_of_sudden_errors_the_same_hand_is_learned():
+    hand = lambda t, way: -4.0 * way if 60.0 <= t < 140.0 else 0.0  # noqa: E731
+    scales, flags, t = along_path(hand, adaptation=Adaptation(settling=0.0))
+    assert np.abs(scales[t < 140.0][-1] - 1.0).max() > 0.4
+    assert not (flags & FLAGS["touched"]).any()
+
+
+def test_hysteresis_that_is_another_from_the_start_is_learned_and_is_no_touch():
+    for scale in (0.6, 1.4):
+        scales, flags, _ = along_path(lambda t, way: 0.0, truth=MODEL.scaled((scale, scale, 1.0, 1.0)))
+        assert scales[-1, :2] == pytest.approx([scale, scale], abs=0.2)
+        assert not (flags & FLAGS["touched"]).any()
 
 
 def test_what_is_not_better_than_the_identified_model_is_not_used():
@@ -216,7 +266,7 @@ def test_nothing_is_learned_without_the_switch():
 
 
 @pytest.mark.parametrize(
-    "field", ["rate", "memory", "patience", "contact_ratio", "first_error", "rest", "least_speed"]
+    "field", ["rate", "memory", "patience", "contact_ratio", "first_error", "rest", "settling", "least_speed"]
 )
 def test_a_negative_setting_is_refused_by_name(field):
     with pytest.raises(ParameterError, match=field):

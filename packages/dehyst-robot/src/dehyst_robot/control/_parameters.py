@@ -49,6 +49,10 @@ class Adaptation:
         many times too large the error is. [s]
     rest
         Time without learning after contact. [s]
+    settling
+        Time of usual errors after which an error that looks like contact is never learned, however long it lasts: a
+        hand may hold on, and hysteresis does not change at once. The flag ``touched`` says so. 0: `patience` alone
+        decides. [s]
     lowest, highest
         Of every scale, lowest <= 1 <= highest.
     offset_limit
@@ -82,6 +86,7 @@ class Adaptation:
     first_error: float = 1.0
     patience: float = 120.0
     rest: float = 1.0
+    settling: float = 20.0
     lowest: float = 0.0
     highest: float = 2.0
     offset_limit: float = 2.0

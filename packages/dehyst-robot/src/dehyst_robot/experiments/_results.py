@@ -304,7 +304,8 @@ class TrialRun(Plotted):
         if self.compensator == "off":
             return ()
         for j in range(self.flags.shape[1]):
-            for name, text in (("stale", self._stale), ("shifted", self._shifted)):
+            texts = (("stale", self._stale), ("shifted", self._shifted), ("touched", self._touched))
+            for name, text in texts:
                 when = np.flatnonzero(self.flags[:, j] & FLAGS[name])
                 if when.size:
                     # The first sample says since when, the last one how much by now.
@@ -324,6 +325,15 @@ class TrialRun(Plotted):
             f"{self.offset[last, j]:.1f} Nm are missing that are the same both ways, so no hysteresis: a pressure "
             f"sensor with an offset, or a weight that the controller does not know. Scales are learned without it. "
             f"Vent the muscles and read both sensors, then weigh the tool."
+        )
+
+    def _touched(self, j: int, last: int) -> str:
+        raised = self.flags[:, j] & FLAGS["touched"] != 0
+        most = float(np.abs(self.contact[raised, j]).max())
+        return (
+            f"up to {most:.1f} Nm came at once that the model does not explain, in {100 * np.mean(raised):.0f} % of the "
+            f"trial: a hand, a wall, a load, or a calibration that is wrong there. Nothing was learned from it. If "
+            f"nothing touched the joint, calibrate it again."
         )
 
 

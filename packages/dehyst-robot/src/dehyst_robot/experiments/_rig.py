@@ -201,6 +201,7 @@ SHRUNK = 0.7  # of a range that neither type of muscle holds, to the next that i
 LEAST_REACH, MOST_REACH = 15.0, 120.0  # [deg]
 LEAST_RADIUS, MOST_RADIUS = 0.002, 0.06  # [m]
 LEAST_POLE, MOST_POLE = 6.0, 30.0  # [1/s]
+LEAST_DAMPING = 0.01  # of bearings [Nm s/rad]
 HEAD = """\
 # A robot for dehyst. Check it:      dehyst rig check {file}
 # Run the experiment on it:          dehyst reproduce --robot {file} --quick
@@ -345,7 +346,7 @@ def _settled(robot: Robot, choices: list[_GearChoice]) -> bool:
         choice.pole = min(max(LEAST_POLE, math.ceil(1.1 * check.least_pole)), MOST_POLE)
         # Damping at which the joint, on its muscles' stiffness, would not swing.
         critical = 2 * math.sqrt(check.stiffness * check.inertia)
-        choice.damping = float(f"{max(0.1, POLICY.damped * critical):.2g}")
+        choice.damping = float(f"{max(LEAST_DAMPING, POLICY.damped * critical):.2g}")
         dampings[f"joint.{n}.damping_Nm_s"] = choice.damping
         poles[n] = choice.pole
     # Loops that are fine alone may swing together.
@@ -390,7 +391,7 @@ def _drive(choice: _GearChoice) -> str:
         f'valve = "{choice.gear.valve}"            # one a muscle; assumption\n'
         f"{reach}"
         f"radius_m = {choice.radius(length):g}                 # of the pulley; assumption\n"
-        f"damping_Nm_s = {choice.damping:g}            # of bearings and muscles: half of critical; assumption\n"
+        f"damping_Nm_s = {choice.damping:g}            # of bearings and muscles: {100 * POLICY.damped:g} % of critical; assumption\n"
         f"contraction = {choice.gear.contraction:g}              # of both muscles at zero; assumption\n"
         f"pole_1_s = {choice.pole:g}                   # of the position loop: as stiff as the muscles if all together "
         "stand it; assumption\n"

@@ -71,6 +71,7 @@ FLAG_MEANINGS = {
     "learned": "this period taught the adaptation something",
     "stale": "the compensator does not fit: it is scaled down to the hysteresis that there is",
     "shifted": "an offset of the torque, the same both ways: a pressure sensor or a weight",
+    "touched": "a torque that came at once and is none of the joint's: a hand, a wall, a load",
 }
 LAST_DIGIT_FLAGS = ("pressure-limit", "valve-limit", "learned")
 PARAMETER_UNITS = {
