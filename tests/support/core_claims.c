@@ -188,24 +188,33 @@ static void learning(void)
     CLAIM(state.scale[0] == before.scale[0] && state.error == before.error && state.usual == before.usual && state.resting == before.resting);
     for (int settling = 0; settling < 2; ++settling) { /* contact is held for as long as it lasts where errors were usual before */
         adaptation = slow;
+        adaptation.noise = 2;
         adaptation.most_error = 10;
         adaptation.contact_ratio = 4;
         adaptation.rest = 0.5;
         adaptation.settling = settling;
         dehyst_learning_reset(&adaptation, &state);
+        double tried = 0;
         for (int k = 0; k < 4; ++k) {
-            CLAIM(state.settled == (settling ? 0.25 * k : 0) && state.held == 0);
+            CLAIM(state.settled == (settling ? 0.25 * k : 0) && state.held == 0 && near(state.tried[0], tried));
             CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 5, 1, 0) == 1);
+            tried += 0.25 / 5 * (2 - tried);
         }
         const double usual = state.usual;
         for (int k = 0; k < 50; ++k) {
             CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 25, 1, 0) == 0 || !settling);
-            CLAIM(state.held == settling && (state.usual == usual || !settling));
+            CLAIM(near(state.held, 0.6 * settling) && (state.usual == usual || !settling));
         }
         CLAIM((state.scale[0] == 1) == settling);
-        if (settling) { /* and for `rest` after it */
-            CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 5, 1, 0) == 0 && state.held == 1);
-            CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 5, 1, 0) == 1 && state.held == 0);
+        if (settling) { /* it ends with time, whether that teaches or not */
+            CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 5, 1, 0) == 0 && near(state.held, 0.35));
+            CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 5, 1, 1) == 0 && near(state.held, 0.1));
+            CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 5, 1, 0) == 1 && state.held == 0 && state.settled == 1);
+            part[0] = 20; /* where the model has not been tried a large error is its own */
+            CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 50, 1, 0) == 0 && state.held == 0 && state.settled == 0);
+            part[0] = 2;
+            dehyst_learning_unsettle(&state);
+            CLAIM(state.settled == 0 && state.held == 0 && state.large == 0 && state.tried[0] == 0);
         }
     }
     free(part);

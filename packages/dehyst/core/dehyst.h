@@ -177,7 +177,7 @@ enum { /* answers */
 #define DEHYST_STATE_WORDS(n) (6 + DEHYST_REAL_WORDS * ((n) + 3))
 #define DEHYST_BLOCK_WORDS(n, before, after) (6 + DEHYST_REAL_WORDS * (4 * (n) + 2 * ((before) + (after)) + 11))
 #define DEHYST_JOINT_WORDS(n, memory)                                                                                 \
-    (16 + DEHYST_REAL_WORDS * ((n) + 40 + DEHYST_FIT_REALS + ((memory) < 0 ? 0 : 20 + 9 * DEHYST_GROUPS + 2 * (memory))))
+    (16 + DEHYST_REAL_WORDS * ((n) + 40 + DEHYST_FIT_REALS + ((memory) < 0 ? 0 : 21 + 10 * DEHYST_GROUPS + 2 * (memory))))
 
 /* Reals of memory that the parameters of an image need. */
 #define DEHYST_BLOCK_REALS(n, before, after) (4 * (n) + 2 * ((before) + (after)))
@@ -608,8 +608,8 @@ int32_t dehyst_offset_restore(const dehyst_offset *offset, dehyst_offset_state *
  *   scale_g += mu e part_g/(noise^2 + unit^2 + sum part^2),  offset likewise with `unit` for its part,  mu = rate T <= 1
  * and back into lowest .. highest and +-offset_limit: scales stay >= 0, so that whatever is learned opposes motion as the
  * model does and is invertible with it. An error beyond most_error and beyond contact_ratio times the usual one is contact:
- * learning rests until it is over. If errors were usual for `settling` before, it is held for as long as it lasts: hysteresis
- * does not change at once. Else, if it stays, the usual error grows by what was cut, and after a while it is learned as
+ * learning rests until it is over. If errors were usual for `settling` before, with terms as large, it is held for as long
+ * as it lasts: hysteresis does not change at once. Else, if it stays, the usual error grows by what was cut, and after a while it is learned as
  * the actuator's own: usual += T/patience (limit^2 - usual), at most exp((contact_ratio^2 - 1) t/patience). What was learned is used while its squared error, remembered over `memory`, is
  * below that of scales 1 and offset 0; else these are. Normalised and projected: nothing that is measured can make it
  * leave its bounds. */
@@ -641,7 +641,9 @@ typedef struct dehyst_learning {
     dehyst_real usual;                  /* mean square error of what was learned, large ones cut, [u^2] */
     dehyst_real resting;                /* time without learning that is left, [s] */
     dehyst_real settled;                /* time of usual errors, at most `settling`, [s] */
-    dehyst_real held;                   /* 1: contact began after errors that were usual, and is not over; less: it may */
+    dehyst_real large;                  /* time of large errors in a row, after usual ones, [s] */
+    dehyst_real held;                   /* > 0: contact began after usual errors; time until it counts as over, [s] */
+    dehyst_real tried[DEHYST_GROUPS];   /* largest size of each term while errors were usual, [u] */
 } dehyst_learning;
 
 /* As identified. */
@@ -649,6 +651,9 @@ void dehyst_learning_reset(const dehyst_adaptation *adaptation, dehyst_learning 
 
 /* Learn anew: what is in use fades to the model as it was identified. */
 void dehyst_learning_forget(const dehyst_adaptation *adaptation, dehyst_learning *learning);
+
+/* Nothing is known of usual errors: contact is not held, until they are again. */
+void dehyst_learning_unsettle(dehyst_learning *learning);
 
 /* One sample at a period [s]: what the actuator needed, `measured`, beside the model's answer at the measured output. While
  * `frozen` nothing is learned, and what is in use still goes towards what was. Returns 1 if something was. */

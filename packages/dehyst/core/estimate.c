@@ -57,7 +57,7 @@ static uint32_t compare(const dehyst_joint *joint, dehyst_joint_state *state, ui
     now.velocity = position ? state->reference.velocity : state->observer.velocity;
     now.largest = state->at.b * dehyst_pressure_range(joint);
     now.position = position;
-    now.touched = joint->direct && state->learning.held >= 1;
+    now.touched = joint->direct && state->learning.held > 0;
     const int followed = position && state->compensator_share >= 1; /* without it the joint leaves q_d, and its h */
     const int good = state->started && (flags & BAD) == 0u && (followed || joint->direct);
     dehyst_fit_step(joint, &state->fit, &now, good);
@@ -81,14 +81,12 @@ uint32_t dehyst_joint_estimate(const dehyst_joint *joint, dehyst_joint_state *st
     const dehyst_real given[DEHYST_GIVEN] = {state->reference.mean_pressure, state->reference.load};
     dehyst_direct_step(direct, &state->seen, state->observer.angle, state->observer.velocity, given);
     dehyst_learning *learning = &state->learning;
-    const uint32_t both = (uint32_t)DEHYST_POSITION | (uint32_t)DEHYST_ADAPT;
-    if ((switches & both) != both) { /* errors under pressures alone are no measure of those along a path */
-        learning->settled = 0;
-        learning->held = 0;
+    if (!(switches & (uint32_t)DEHYST_POSITION)) { /* errors under pressures alone are no measure of those along a path */
+        dehyst_learning_unsettle(learning);
     }
     const int shifted = state->fit.shifted > 0;
     const uint32_t told = compare(joint, state, switches, flags);
-    if (!shifted && state->fit.shifted > 0 && learning->held < 1) {
+    if (!shifted && state->fit.shifted > 0) {
         dehyst_learning_forget(&joint->adaptation, learning); /* what took the offset for hysteresis */
     }
     delay_all(joint, state);
@@ -111,7 +109,7 @@ uint32_t dehyst_joint_estimate(const dehyst_joint *joint, dehyst_joint_state *st
                           (dehyst_bounded(state->contact + apart, DEHYST_TORQUE_LIMIT) - state->disturbance);
     state->disturbance_share = dehyst_share_step(state->disturbance_share, (switches & (uint32_t)DEHYST_DISTURBANCE) != 0,
                                                  dehyst_fade_part(joint));
-    return told | (learned ? (uint32_t)DEHYST_LEARNED : 0u) | (learning->held >= 1 ? (uint32_t)DEHYST_TOUCHED : 0u);
+    return told | (learned ? (uint32_t)DEHYST_LEARNED : 0u) | (learning->held > 0 ? (uint32_t)DEHYST_TOUCHED : 0u);
 }
 
 void dehyst_joint_direct(const dehyst_joint *joint, dehyst_joint_state *state, uint32_t switches)

@@ -24,7 +24,7 @@ typedef struct span {
     size_t offset;
     int32_t count;
 } span;
-#define SPANS 25
+#define SPANS 27
 static const span fit_reals = {AT(fit), DEHYST_FIT_REALS};
 static const span direct_reals[SPANS] = {
     {AT(wanted.last), 1}, {AT(wanted.curve), 1}, {AT(wanted.part), DEHYST_GROUPS}, {AT(wanted.doubt), DEHYST_GROUPS},
@@ -33,7 +33,7 @@ static const span direct_reals[SPANS] = {
     {AT(learning.curve), 1},
     {AT(learning.offset), 1}, {AT(learning.applied_offset), 1}, {AT(learning.error), 1},
     {AT(learning.error_before), 1}, {AT(learning.usual), 1}, {AT(learning.resting), 1}, {AT(torque_direct), 1},
-    {AT(learning.settled), 1}, {AT(learning.held), 1},
+    {AT(learning.settled), 1}, {AT(learning.large), 1}, {AT(learning.held), 1}, {AT(learning.tried), DEHYST_GROUPS},
     {AT(contact), 1}, {AT(disturbance), 1},
     {AT(disturbance_share), 1},
 };
@@ -276,7 +276,8 @@ static int direct_is_good(const dehyst_joint *joint, const uint32_t *at)
         } else if (place == AT(disturbance_share) || place == AT(learning.curve)) {
             low = 0;
             high = 1;
-        } else if (place == AT(learning.error) || place == AT(learning.error_before) || place == AT(learning.usual)) {
+        } else if (place == AT(learning.error) || place == AT(learning.error_before) || place == AT(learning.usual) ||
+                   place == AT(learning.large) || place == AT(learning.held) || place == AT(learning.tried)) {
             low = 0;
         } else if (place == AT(learning.resting)) {
             low = 0;
@@ -284,9 +285,6 @@ static int direct_is_good(const dehyst_joint *joint, const uint32_t *at)
         } else if (place == AT(learning.settled)) {
             low = 0;
             high = learning->settling;
-        } else if (place == AT(learning.held)) {
-            low = 0;
-            high = 1;
         } else if (place == AT(torque_direct) || place == AT(disturbance)) {
             low = -DEHYST_TORQUE_LIMIT;
             high = DEHYST_TORQUE_LIMIT;

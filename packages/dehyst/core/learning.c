@@ -1,7 +1,9 @@
 #include "dehyst.h"
 
-#define SURE ((dehyst_real)0.1)  /* time of large errors that are no twitch, [s] */
-#define TENFOLD ((dehyst_real)10) /* how much more than a usual error a large one counts against being settled */
+#define SURE ((dehyst_real)0.1)    /* time of large errors in a row that are no twitch, [s] */
+#define TENFOLD ((dehyst_real)10)  /* how much more than a usual error a large one counts against being settled */
+#define TRY ((dehyst_real)5)        /* over which a term that is larger than before counts as tried, [s] */
+#define FARTHER ((dehyst_real)1.25) /* a term that is larger by this than it was while errors were usual has not been tried */
 
 static dehyst_real square_within(dehyst_real x)
 {
@@ -19,8 +21,7 @@ void dehyst_learning_forget(const dehyst_adaptation *adaptation, dehyst_learning
     learning->error_before = 0;
     learning->usual = square_within(adaptation->first_error);
     learning->resting = 0;
-    learning->settled = 0;
-    learning->held = 0;
+    dehyst_learning_unsettle(learning);
 }
 
 void dehyst_learning_reset(const dehyst_adaptation *adaptation, dehyst_learning *learning)
@@ -38,26 +39,65 @@ static dehyst_real part_of(dehyst_real period, dehyst_real time)
     return time > period ? period / time : (dehyst_real)1;
 }
 
+void dehyst_learning_unsettle(dehyst_learning *learning)
+{
+    for (int32_t g = 0; g < DEHYST_GROUPS; ++g) {
+        learning->tried[g] = 0;
+    }
+    learning->settled = 0;
+    learning->large = 0;
+    learning->held = 0;
+}
+
+/* Time goes on without a large error. */
+static void calm(dehyst_learning *learning, dehyst_real period)
+{
+    learning->large = 0;
+    learning->held = learning->held > period ? learning->held - period : (dehyst_real)0;
+}
+
+/* Whether a term is larger than it was while errors were usual: then the model may be wrong there. */
+static int is_new(const dehyst_adaptation *adaptation, const dehyst_learning *learning, int32_t groups, const dehyst_real *part)
+{
+    int larger = 0;
+    for (int32_t g = 0; g < groups; ++g) {
+        const dehyst_real size = part[g] < 0 ? -part[g] : part[g];
+        larger = larger || size > FARTHER * learning->tried[g] + adaptation->noise;
+    }
+    return larger;
+}
+
 /* How long errors have been usual ones; where they were so for `settling`, a large one is held: no actuator changes at once.
  * Short ones, as where the motion turns, neither hold nor unsettle. */
-static void settle(const dehyst_adaptation *adaptation, dehyst_learning *learning, dehyst_real period, int large)
+static void settle(const dehyst_adaptation *adaptation, dehyst_learning *learning, int32_t groups, dehyst_real period,
+                   const dehyst_real *part, int large)
 {
-    const int settled = adaptation->settling > 0 && learning->settled >= adaptation->settling;
-    if (large) {
-        const dehyst_real longer = settled || learning->held > 0 ? part_of(period, SURE) : (dehyst_real)0;
-        learning->held = dehyst_within(learning->held + longer, 0, 1);
-        learning->settled = dehyst_within(learning->settled - (settled ? (dehyst_real)0 : TENFOLD * period), 0, adaptation->settling);
-    } else if (!(learning->resting > 0)) {
+    if (!large) {
+        calm(learning, period);
+        if (!(learning->resting > 0)) {
+            learning->settled = dehyst_within(learning->settled + period, 0, adaptation->settling);
+            for (int32_t g = 0; g < groups; ++g) {
+                const dehyst_real size = dehyst_bounded(part[g] < 0 ? -part[g] : part[g], (dehyst_real)1e7);
+                const dehyst_real more = size > learning->tried[g] ? size - learning->tried[g] : (dehyst_real)0;
+                learning->tried[g] += part_of(period, TRY) * more; /* one stroke that grows is no trial yet */
+            }
+        }
+    } else if (is_new(adaptation, learning, groups, part)) {
+        learning->settled = 0;
+        learning->large = 0;
         learning->held = 0;
-        learning->settled = dehyst_within(learning->settled + period, 0, adaptation->settling);
+    } else if (adaptation->settling > 0 && learning->settled >= adaptation->settling) {
+        learning->large = dehyst_within(learning->large + period, 0, SURE);
+        learning->held = learning->large >= SURE || learning->held > 0 ? adaptation->rest + SURE : learning->held;
     } else {
-        /* a moment after a large error nothing is said */
+        learning->settled = dehyst_within(learning->settled - TENFOLD * period, 0, adaptation->settling);
+        calm(learning, period);
     }
 }
 
 /* Whether an error is another's doing, not the model's: far beyond what is usual, or was so a moment ago. */
-static int is_contact(const dehyst_adaptation *adaptation, dehyst_learning *learning, dehyst_real period,
-                      dehyst_real error)
+static int is_contact(const dehyst_adaptation *adaptation, dehyst_learning *learning, int32_t groups, dehyst_real period,
+                      const dehyst_real *part, dehyst_real error)
 {
     const dehyst_real square = square_within(error);
     const dehyst_real always = square_within(adaptation->most_error);
@@ -67,10 +107,10 @@ static int is_contact(const dehyst_adaptation *adaptation, dehyst_learning *lear
     const int large = square > most;
     learning->resting = large ? adaptation->rest : learning->resting - period;
     learning->resting = learning->resting > 0 ? learning->resting : (dehyst_real)0;
-    settle(adaptation, learning, period, large);
+    settle(adaptation, learning, groups, period, part, large);
     if (!(learning->held > 0)) { /* what is held never becomes usual */
-        const dehyst_real part = part_of(period, square > learning->usual ? adaptation->patience : adaptation->memory);
-        learning->usual += part * ((large ? dehyst_within(most, 0, square) : square) - learning->usual);
+        const dehyst_real share = part_of(period, square > learning->usual ? adaptation->patience : adaptation->memory);
+        learning->usual += share * ((large ? dehyst_within(most, 0, square) : square) - learning->usual);
     }
     return large || learning->resting > 0;
 }
@@ -126,7 +166,11 @@ int dehyst_learning_step(const dehyst_adaptation *adaptation, dehyst_learning *l
         error -= learning->scale[g] * part[g];
     }
     const dehyst_real part_of_it = part_of(period, adaptation->memory);
-    if (frozen || !dehyst_accept(error) || is_contact(adaptation, learning, period, error)) {
+    const int blind = frozen || !dehyst_accept(error);
+    if (blind) {
+        calm(learning, period);
+    }
+    if (blind || is_contact(adaptation, learning, groups, period, part, error)) {
         apply(learning, groups, part_of_it, fitting);
         return 0;
     }
