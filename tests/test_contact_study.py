@@ -31,5 +31,7 @@ def test_what_comes_at_once_is_noticed_within_half_a_second_and_nothing_is_notic
     for row in rows("best"):
         if row["contact"] == "none":
             assert row["touched_s"] == ""
-        elif "a hand" in row["contact"] and "after" not in row["contact"] or "load" in row["contact"]:
+        elif ("a hand" in row["contact"] and "after" not in row["contact"]) or "load" in row[
+            "contact"
+        ]:
             assert float(row["touched_s"]) < 0.5, row

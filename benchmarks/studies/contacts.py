@@ -1,4 +1,4 @@
-"""A hand, a wall or a load at a joint alone that moves to and fro: errors before, during and after, and what is learned."""
+"""A hand, a wall or a load at a joint alone that moves to and fro: its errors, and what is learned."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from dehyst.models import DirectInverse
 from dehyst_robot.arm import Reference, Robot
@@ -91,7 +92,7 @@ class Touched:
     error: Array
     pushed: Array
     scales: Array
-    flags: Array
+    flags: npt.NDArray[np.int64]
 
     def between(self, begin: float, end: float) -> float:
         """Return the rms error from a time to another. [deg]"""
@@ -154,21 +155,23 @@ def motion(times: Array) -> tuple[Array, Array, Array]:
 
 
 def loop_energy(equipment: Equipment, number: int, compensator: str) -> float:
-    """Return the work of a direct inverse along two strokes, as identified: what hysteresis takes; nan of others. [J]"""
+    """Return the work of a direct inverse along two strokes, as it was identified; nan of others. [J]"""
     model = equipment.compensators.get(number)
     if compensator == "off" or not isinstance(model, DirectInverse):
         return float("nan")
-    times = SPACING_S * np.arange(round(6 * STROKE_S / SPACING_S) + 1)
+    times: Array = np.asarray(SPACING_S * np.arange(round(6 * STROKE_S / SPACING_S) + 1))
     angle, velocity, _ = motion(times)
     mean = np.full(times.size, MEAN_PRESSURE)
     given = {"mean_pressure": mean, "load": np.zeros(times.size)}
     signals = {name: given[name] for name in model.needs}
-    torque = model.run(angle[:, 0], times, **signals).u
+    torque = model.run(angle[:, 0], times, given=signals).u
     last = times >= times[-1] - 2 * STROKE_S
     return float(np.trapezoid((torque * velocity[:, 0])[last], times[last]))
 
 
-def touch(robot: Robot, equipment: Equipment, number: int, compensator: str, by: Touch | None) -> Touched:
+def touch(
+    robot: Robot, equipment: Equipment, number: int, compensator: str, by: Touch | None
+) -> Touched:
     """Home a joint alone, move it to and fro, and touch it from 40 s to 120 s; None touches nothing.
 
     The contact answers to the true angle and speed of the joint 250 times a second.
@@ -177,7 +180,7 @@ def touch(robot: Robot, equipment: Equipment, number: int, compensator: str, by:
     home(arm, equipment.characteristics)
     mean = robot.controller.mean_pressure
     switches = trial_switches(robot, (number,), "slow", compensator, equipment.adaptations)
-    times = SPACING_S * np.arange(round(STOPS_S / SPACING_S) + 1)
+    times: Array = np.asarray(SPACING_S * np.arange(round(STOPS_S / SPACING_S) + 1))
     path = motion(times)
     feedforward = arm.feedforward(*path)
     start = to_start(arm, path[0][0])
@@ -202,6 +205,4 @@ def touch(robot: Robot, equipment: Equipment, number: int, compensator: str, by:
         pushed.append(torque)
         scales.append(log.scale[-1, 0] * log.scales[-1, 0])
         flags.append(int(np.bitwise_or.reduce(log.flags[:, 0])))
-    return Touched(
-        times[1:], np.array(error), np.array(pushed), np.array(scales), np.array(flags)
-    )
+    return Touched(times[1:], np.array(error), np.array(pushed), np.array(scales), np.array(flags))

@@ -42,7 +42,10 @@ def table() -> str:
     energies = []
     for plant, title in PLANTS.items():
         energies.append(f"{float(rows[plant, 'none', 'best']['loop_J']):.1f} J ({title})")
-    lines += ["", f"Work of `best` along two strokes, to and fro, as identified: {', '.join(energies)}."]
+    lines += [
+        "",
+        f"Work of `best` along two strokes, to and fro, as identified: {', '.join(energies)}.",
+    ]
     return "\n".join(lines)
 
 

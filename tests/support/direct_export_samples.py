@@ -16,7 +16,13 @@ SCHEDULES = (
     Schedule("load", -8.0, 8.0, "Nm"),
 )
 QUICK = Adaptation(
-    rate=5.0, memory=0.05, first_error=5.0, patience=0.02, rest=0.01, settling=0.1, disturbance_pole=30.0
+    rate=5.0,
+    memory=0.05,
+    first_error=5.0,
+    patience=0.02,
+    rest=0.01,
+    settling=0.1,
+    disturbance_pole=30.0,
 )
 
 

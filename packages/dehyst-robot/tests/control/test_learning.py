@@ -78,8 +78,8 @@ def test_no_sequence_of_inputs_leaves_the_bounds_or_makes_nan(
     guards = {} if guarded else {"angle_jump": 0.0, "pressure_jump": 0.0, "hold_samples": 1000}
     lowest, highest, offset = bounds
     adaptation = Adaptation(
-        rate=rate, memory=memory, contact_ratio=ratio, patience=patience, settling=settling, lowest=lowest, highest=highest,
-        offset_limit=offset,
+        rate=rate, memory=memory, contact_ratio=ratio, patience=patience, settling=settling, lowest=lowest,
+        highest=highest, offset_limit=offset,
     )  # fmt: skip
     controller = learner(adaptation, joint=JointControllerParameters(period=PERIOD, **guards))
     for angle, p_1, p_2, reference, switches in samples:
@@ -195,19 +195,34 @@ def test_a_load_that_stays_is_learned_after_a_while():
 ALONG = LEARNS | SWITCHES["position"]
 
 
-def along_path(push, seconds=160.0, truth=MODEL, adaptation=None):
-    """Scales and flags of a joint under position control that is dragged to and fro as it shall move, and pushed."""
+def nobody(t, way):
+    return 0.0
+
+
+def along_path(
+    push=nobody,
+    seconds=160.0,
+    truth=MODEL,
+    adaptation=None,
+    size=lambda t: 0.3,
+    rate=0.8,
+    inertia=1.0,
+):
+    """Scales and flags of a joint under position control that is dragged to and fro as it shall move, and pushed.
+
+    The size of the strokes may change with time; its inertia is so many times that of the controller.
+    """
     controller = learner(adaptation)
     t = PERIOD * np.arange(round(seconds / PERIOD))
-    q = 0.3 * np.sin(0.8 * t) * np.clip(t / 3.0, 0, 1)
+    q = np.vectorize(size)(t) * np.sin(rate * t) * np.clip(t / 3.0, 0, 1)
     speed = np.gradient(q, PERIOD)
-    inertial = JOINT.inertia * np.gradient(speed, PERIOD)
-    needed = truth.run(q, t).u
+    acceleration = np.gradient(speed, PERIOD)
+    needed = truth.run(q, t).u + inertia * JOINT.inertia * acceleration
     scales, flags = [], []
     for k, angle in enumerate(q):
         pushed = push(t[k], np.tanh(speed[k] / 0.01))
-        difference = (needed[k] + inertial[k] + pushed) / JOINT.b[0]
-        wanted = JointReference(angle, speed[k])
+        difference = (needed[k] + pushed) / JOINT.b[0]
+        wanted = JointReference(angle, speed[k], acceleration[k])
         out = controller.step(angle, 3e5 + difference / 2, 3e5 - difference / 2, wanted, ALONG)
         scales.append(controller.applied)
         flags.append(out.flags)
@@ -222,7 +237,9 @@ def test_a_hand_that_brakes_or_helps_is_never_learned_as_hysteresis_and_is_told(
     assert touched[held][round(1.0 / PERIOD) :].all()
     assert not touched[t < 60.0].any() and not touched[t > 145.0].any()
     before = scales[round(59.0 / PERIOD)]
-    assert scales[t >= 60.0] == pytest.approx(np.broadcast_to(before, scales[t >= 60.0].shape), abs=0.15)
+    assert scales[t >= 60.0] == pytest.approx(
+        np.broadcast_to(before, scales[t >= 60.0].shape), abs=0.15
+    )
     assert not (flags & (FLAGS["stale"] | FLAGS["shifted"])).any()
 
 
@@ -233,9 +250,38 @@ def test_without_the_rule_of_sudden_errors_the_same_hand_is_learned():
     assert not (flags & FLAGS["touched"]).any()
 
 
+def test_large_strokes_after_small_ones_are_no_touch_and_what_they_show_is_learned():
+    for scale in (0.5, 1.5):
+        scales, flags, _ = along_path(
+            seconds=200.0,
+            truth=MODEL.scaled((1.0, scale, 1.0, 1.0)),
+            size=lambda t: 0.3 if t >= 60.0 else 0.03,
+        )
+        assert np.mean(flags & FLAGS["touched"] != 0) < 0.02
+        assert scales[-1, 1] == pytest.approx(scale, abs=0.15)
+
+
+def test_twenty_percent_of_unknown_inertia_is_no_touch_at_any_speed():
+    for rate in (0.8, 2.0, 4.0):
+        _, flags, _ = along_path(seconds=100.0, rate=rate, inertia=1.2)
+        assert not (flags & FLAGS["touched"]).any()
+
+
+def test_a_hand_that_lets_go_while_the_reference_rests_is_over_there():
+    def moves_until_70(t):  # to where a stroke passes the middle
+        return 0.3 if t < 18.0 * math.pi / 0.8 else 0.0
+
+    scales, flags, t = along_path(
+        lambda t, way: -4.0 if 55.0 <= t < 90.0 else 0.0, seconds=120.0, size=moves_until_70
+    )
+    touched = flags & FLAGS["touched"] != 0
+    assert touched[(t > 56.0) & (t < 69.0)].all() and not touched[t > 95.0].any()
+    assert scales[-1] == pytest.approx(scales[round(54.0 / PERIOD)], abs=0.1)
+
+
 def test_hysteresis_that_is_another_from_the_start_is_learned_and_is_no_touch():
     for scale in (0.6, 1.4):
-        scales, flags, _ = along_path(lambda t, way: 0.0, truth=MODEL.scaled((scale, scale, 1.0, 1.0)))
+        scales, flags, _ = along_path(truth=MODEL.scaled((scale, scale, 1.0, 1.0)))
         assert scales[-1, :2] == pytest.approx([scale, scale], abs=0.2)
         assert not (flags & FLAGS["touched"]).any()
 
@@ -266,7 +312,17 @@ def test_nothing_is_learned_without_the_switch():
 
 
 @pytest.mark.parametrize(
-    "field", ["rate", "memory", "patience", "contact_ratio", "first_error", "rest", "settling", "least_speed"]
+    "field",
+    [
+        "rate",
+        "memory",
+        "patience",
+        "contact_ratio",
+        "first_error",
+        "rest",
+        "settling",
+        "least_speed",
+    ],
 )
 def test_a_negative_setting_is_refused_by_name(field):
     with pytest.raises(ParameterError, match=field):

@@ -344,13 +344,15 @@ def test_the_one_joint_rig_follows_its_reference_to_two_degrees():
     [
         ("one_joint", 0.5, "realistic"),
         ("planar_arm", 0.5, "realistic"),
-        ("tendon_arm", 0.65, "realistic"),  # 0.60 in joint 3, whose loop is as slow as all together stand
+        (
+            "tendon_arm",
+            0.65,
+            "realistic",
+        ),  # 0.60 in joint 3, whose loop is as slow as all together stand
         ("lever_joint", 0.65, "kind"),  # 0.70 on the realistic plant, as the page says
     ],
 )
-def test_dehyst_reproduces_on_the_example_and_best_lowers_every_error(
-    name, left, plant, tmp_path
-):
+def test_dehyst_reproduces_on_the_example_and_best_lowers_every_error(name, left, plant, tmp_path):
     robot = load_robot(
         EXAMPLES / f"{name}.toml", {**QUICK, "path.cycles_fast": 1}, conditions=plant
     )

@@ -44,15 +44,16 @@ class Adaptation:
     first_error
         That rms at the start. [Nm]
     patience
-        Time after which an error that looks like contact and does not end becomes usual and is learned: a hysteresis
-        that changed, a load that stays. With a ratio c it takes some 2 patience/(c^2 - 1) times the logarithm of how
-        many times too large the error is. [s]
+        Time after which an error that looks like contact, that was there before `settling` and does not end, becomes
+        usual and is learned: a hysteresis that is another than at the identification. With a ratio c it takes some
+        2 patience/(c^2 - 1) times the logarithm of how many times too large the error is. [s]
     rest
         Time without learning after contact. [s]
     settling
-        Time of usual errors after which an error that looks like contact is never learned, however long it lasts: a
-        hand may hold on, and hysteresis does not change at once. The flag ``touched`` says so. 0: `patience` alone
-        decides. [s]
+        Time of usual errors after which an error that looks like contact for 0.1 s is never learned, however long it
+        lasts: a hand may hold on, and hysteresis does not change at once. The flag ``touched`` says so. Samples that
+        teach count: while the joint is to move, without much acceleration, with the switch of learning on. 0:
+        `patience` alone decides. [s]
     lowest, highest
         Of every scale, lowest <= 1 <= highest.
     offset_limit

@@ -69,6 +69,8 @@ class ExperimentPolicy:
     gravity_share: float = 0.5
     # A joint without muscles reaches so far if nothing else is said. [deg]
     electric_reach: float = 60.0
+    # A contact is told if it took more than this share of a trial.
+    touched: float = 0.01
     # Where the body's file has less, a joint gets this share of critical damping by the stiffness of its muscles: they
     # are "very lightly damped" (Kastner, Gattringer, Naderer 2012); the packaged arm's first joint has 0.03.
     damped: float = 0.03

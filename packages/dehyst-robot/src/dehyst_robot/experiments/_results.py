@@ -304,10 +304,16 @@ class TrialRun(Plotted):
         if self.compensator == "off":
             return ()
         for j in range(self.flags.shape[1]):
-            texts = (("stale", self._stale), ("shifted", self._shifted), ("touched", self._touched))
-            for name, text in texts:
+            # A moment of contact is no news of the model.
+            moment = POLICY.touched * self.time.size
+            told = (
+                ("stale", self._stale, 0.0),
+                ("shifted", self._shifted, 0.0),
+                ("touched", self._touched, moment),
+            )
+            for name, text, least in told:
                 when = np.flatnonzero(self.flags[:, j] & FLAGS[name])
-                if when.size:
+                if when.size > least:
                     # The first sample says since when, the last one how much by now.
                     since, words = self.time[when[0]], text(j, int(when[-1]))
                     lines.append(f"joint {j + 1}, from {since:.1f} s: {words}")
@@ -331,9 +337,9 @@ class TrialRun(Plotted):
         raised = self.flags[:, j] & FLAGS["touched"] != 0
         most = float(np.abs(self.contact[raised, j]).max())
         return (
-            f"up to {most:.1f} Nm came at once that the model does not explain, in {100 * np.mean(raised):.0f} % of the "
-            f"trial: a hand, a wall, a load, or a calibration that is wrong there. Nothing was learned from it. If "
-            f"nothing touched the joint, calibrate it again."
+            f"up to {most:.1f} Nm came at once that the model does not explain, in {100 * np.mean(raised):.0f} % of "
+            f"the trial: a hand, a wall, a load, or a calibration that is wrong there. Nothing was learned from it. If "
+            f"nothing touched the joint, calibrate and identify it again."
         )
 
 

@@ -391,7 +391,8 @@ def _drive(choice: _GearChoice) -> str:
         f'valve = "{choice.gear.valve}"            # one a muscle; assumption\n'
         f"{reach}"
         f"radius_m = {choice.radius(length):g}                 # of the pulley; assumption\n"
-        f"damping_Nm_s = {choice.damping:g}            # of bearings and muscles: {100 * POLICY.damped:g} % of critical; assumption\n"
+        f"damping_Nm_s = {choice.damping:g}            # of bearings and muscles: {100 * POLICY.damped:g} % of "
+        "critical; assumption\n"
         f"contraction = {choice.gear.contraction:g}              # of both muscles at zero; assumption\n"
         f"pole_1_s = {choice.pole:g}                   # of the position loop: as stiff as the muscles if all together "
         "stand it; assumption\n"

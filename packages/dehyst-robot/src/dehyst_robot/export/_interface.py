@@ -73,7 +73,8 @@ FLAG_MEANINGS = {
     "shifted": "an offset of the torque, the same both ways: a pressure sensor or a weight",
     "touched": "a torque that came at once and is none of the joint's: a hand, a wall, a load",
 }
-LAST_DIGIT_FLAGS = ("pressure-limit", "valve-limit", "learned")
+# A rounding may decide a period earlier or later.
+LAST_DIGIT_FLAGS = ("pressure-limit", "valve-limit", "learned", "stale", "shifted", "touched")
 PARAMETER_UNITS = {
     "period": "s", "inertia": "kg.m2", "pole": "1/s", "observer_pole": "1/s", "pressure_gain": "1/s",
     "windup_gain": "1/s", "angle_low": "rad", "angle_high": "rad", "pressure_low": "Pa", "pressure_high": "Pa",
