@@ -209,7 +209,7 @@ static void learning(void)
         if (settling) { /* it ends with time, whether that teaches or not */
             CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 5, 1, 0) == 0 && near(state.held, 0.35));
             CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 5, 1, 1) == 0 && near(state.held, 0.1));
-            CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 5, 1, 0) == 1 && state.held == 0 && state.settled == 1);
+            CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 5, 1, 0) == 1 && state.held == 0 && state.settled == 2);
             part[0] = 20; /* where the model has not been tried a large error is its own */
             CLAIM(dehyst_learning_step(&adaptation, &state, 2, 0.25, 3, part, 50, 1, 0) == 0 && state.held == 0 && state.settled == 0);
             part[0] = 2;

@@ -640,7 +640,7 @@ typedef struct dehyst_learning {
     dehyst_real error_before;           /* of the model as it was identified */
     dehyst_real usual;                  /* mean square error of what was learned, large ones cut, [u^2] */
     dehyst_real resting;                /* time without learning that is left, [s] */
-    dehyst_real settled;                /* time of usual errors, at most `settling`, [s] */
+    dehyst_real settled;                /* time of usual errors, at most twice `settling`, [s] */
     dehyst_real large;                  /* time of large errors in a row, after usual ones, [s] */
     dehyst_real held;                   /* > 0: contact began after usual errors; time until it counts as over, [s] */
     dehyst_real tried[DEHYST_GROUPS];   /* largest size of each term while errors were usual, [u] */

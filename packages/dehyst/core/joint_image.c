@@ -284,7 +284,7 @@ static int direct_is_good(const dehyst_joint *joint, const uint32_t *at)
             high = learning->rest;
         } else if (place == AT(learning.settled)) {
             low = 0;
-            high = learning->settling;
+            high = 2 * learning->settling;
         } else if (place == AT(torque_direct) || place == AT(disturbance)) {
             low = -DEHYST_TORQUE_LIMIT;
             high = DEHYST_TORQUE_LIMIT;

@@ -67,31 +67,32 @@ static int is_new(const dehyst_adaptation *adaptation, const dehyst_learning *le
     return larger;
 }
 
-/* How long errors have been usual ones; where they were so for `settling`, a large one is held: no actuator changes at once.
- * Short ones, as where the motion turns, neither hold nor unsettle. */
+/* How long errors have been usual ones, at most twice `settling`; where they were so for `settling`, a large one is held: no
+ * actuator changes at once. Short ones, as where the motion turns, neither hold nor unsettle, nor does a term that is larger
+ * for a moment, as a hand may make one. */
 static void settle(const dehyst_adaptation *adaptation, dehyst_learning *learning, int32_t groups, dehyst_real period,
                    const dehyst_real *part, int large)
 {
+    const dehyst_real most = 2 * adaptation->settling;
+    const int settled = adaptation->settling > 0 && learning->settled >= adaptation->settling;
     if (!large) {
         calm(learning, period);
         if (!(learning->resting > 0)) {
-            learning->settled = dehyst_within(learning->settled + period, 0, adaptation->settling);
+            learning->settled = dehyst_within(learning->settled + period, 0, most);
             for (int32_t g = 0; g < groups; ++g) {
                 const dehyst_real size = dehyst_bounded(part[g] < 0 ? -part[g] : part[g], (dehyst_real)1e7);
                 const dehyst_real more = size > learning->tried[g] ? size - learning->tried[g] : (dehyst_real)0;
                 learning->tried[g] += part_of(period, TRY) * more; /* one stroke that grows is no trial yet */
             }
         }
-    } else if (is_new(adaptation, learning, groups, part)) {
-        learning->settled = 0;
-        learning->large = 0;
-        learning->held = 0;
-    } else if (adaptation->settling > 0 && learning->settled >= adaptation->settling) {
+    } else if (settled && !is_new(adaptation, learning, groups, part)) {
+        learning->settled = dehyst_within(learning->settled + period, 0, most);
         learning->large = dehyst_within(learning->large + period, 0, SURE);
         learning->held = learning->large >= SURE || learning->held > 0 ? adaptation->rest + SURE : learning->held;
     } else {
-        learning->settled = dehyst_within(learning->settled - TENFOLD * period, 0, adaptation->settling);
-        calm(learning, period);
+        learning->settled = dehyst_within(learning->settled - TENFOLD * period, 0, most);
+        learning->large = 0;
+        learning->held = settled ? learning->held : (dehyst_real)0;
     }
 }
 
