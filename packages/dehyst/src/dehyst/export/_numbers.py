@@ -435,10 +435,10 @@ class UnitNumbers:
 
 # Reals of dehyst_joint and dehyst_joint_state beside their tables; bytes of counts, pointers and padding on a 32-bit
 # target, by the size of a real. packages/dehyst/tests/export/test_export_c.py asks a compiler for such a target.
-JOINT_PARAMETERS, JOINT_REST = 72, {4: 24, 8: 32}
+JOINT_PARAMETERS, JOINT_REST = 73, {4: 24, 8: 32}
 MODEL_REST = {4: 40, 8: 48}
-IMAGE_OF_DIRECT = 90  # DEHYST_JOINT_WORDS of packages/dehyst/core/dehyst.h
-JOINT_REALS, JOINT_COUNTS = 167, {4: 48, 8: 64}
+IMAGE_OF_DIRECT = 101  # DEHYST_JOINT_WORDS of packages/dehyst/core/dehyst.h
+JOINT_REALS, JOINT_COUNTS = 179, {4: 48, 8: 64}
 
 
 @dataclass(frozen=True)
@@ -505,7 +505,7 @@ class JointNumbers:
     def bytes(self, size: int) -> tuple[int, int, int]:
         """Return bytes of constants, state and image on a 32-bit target; `size` is that of a real."""
         table = self.table
-        constants, reals, image = size * JOINT_PARAMETERS + JOINT_REST[size], JOINT_REALS, 74
+        constants, reals, image = size * JOINT_PARAMETERS + JOINT_REST[size], JOINT_REALS, 75
         if isinstance(table, DirectNumbers):
             constants += table.bytes(size)
             reals += 2 * max(1, table.memory)
