@@ -80,16 +80,29 @@ class Case:
             learning[number] = replace(one, settling=self.settling)
         kit = replace(kit, adaptations=learning)
         touched = touch(self.robot, kit, self.joint, self.compensator, CONTACTS[self.contact])
-        flags = []
+        times = {}
         for name in ("touched", "stale", "shifted"):
             noticed = touched.noticed(name)
-            flags.append(f"{noticed:.2f}" if noticed == noticed else "")
+            times[name] = f"{noticed:.2f}" if noticed == noticed else ""
+        lowest, highest = touched.scale_extremes()
         return Row(
-            self.plant, self.joint, self.seed, self.contact, self.compensator,
-            *(round(1e3 * error, 3) for error in (touched.before, touched.during, touched.settled, touched.later)),
-            round(touched.peak, 2), round(loop_energy(kit, self.joint, self.compensator), 4),
-            *(round(scale, 3) for scale in touched.scale_extremes()), *flags,
-        )  # fmt: skip
+            plant=self.plant,
+            joint=self.joint,
+            seed=self.seed,
+            contact=self.contact,
+            compensator=self.compensator,
+            before_mdeg=round(1e3 * touched.before, 3),
+            during_mdeg=round(1e3 * touched.during, 3),
+            settled_mdeg=round(1e3 * touched.settled, 3),
+            later_mdeg=round(1e3 * touched.later, 3),
+            peak_Nm=round(touched.peak, 2),
+            loop_J=round(loop_energy(kit, self.joint, self.compensator), 4),
+            lowest_scale=round(lowest, 3),
+            highest_scale=round(highest, 3),
+            touched_s=times["touched"],
+            stale_s=times["stale"],
+            shifted_s=times["shifted"],
+        )
 
 
 def main() -> int:
