@@ -96,7 +96,7 @@ class Case:
             settled_mdeg=round(1e3 * touched.settled, 3),
             later_mdeg=round(1e3 * touched.later, 3),
             peak_Nm=round(touched.peak, 2),
-            loop_J=round(loop_energy(kit, self.joint, self.compensator), 4),
+            loop_J=round(loop_energy(self.robot, kit, self.joint, self.compensator), 4),
             lowest_scale=round(lowest, 3),
             highest_scale=round(highest, 3),
             touched_s=times["touched"],

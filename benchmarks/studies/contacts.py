@@ -20,7 +20,6 @@ STROKE_S = 8.0
 AMPLITUDE = np.radians(14.0)
 BEGINS_S, ENDS_S, STOPS_S = 40.0, 120.0, 200.0  # of the contact, and of the motion
 SETTLED_S = 5.0  # after the release the error is asked for
-MEAN_PRESSURE = 3e5  # of the loop whose work is computed, Pa
 SPACING_S = 0.004  # at which a contact answers to the joint
 EDGE_S = 0.5  # over which a hand takes hold
 SLOW = np.radians(0.5)  # speed at which a hand that brakes gives half of its torque, rad/s
@@ -109,13 +108,8 @@ class Touched:
         return self.between(BEGINS_S, ENDS_S)
 
     @property
-    def after(self) -> float:
-        """Rms error of the 20 s after the release. [deg]"""
-        return self.between(ENDS_S, ENDS_S + 20.0)
-
-    @property
     def settled(self) -> float:
-        """Rms error of the first stroke from 5 s after the release on. [deg]"""
+        """Rms error of the two strokes from 5 s after the release on. [deg]"""
         begin = ENDS_S + SETTLED_S
         return self.between(begin, begin + 2 * STROKE_S)
 
@@ -154,14 +148,14 @@ def motion(times: Array) -> tuple[Array, Array, Array]:
     return angle[:, None], velocity[:, None], np.gradient(velocity, times)[:, None]
 
 
-def loop_energy(equipment: Equipment, number: int, compensator: str) -> float:
+def loop_energy(robot: Robot, equipment: Equipment, number: int, compensator: str) -> float:
     """Return the work of a direct inverse along two strokes, as it was identified; nan of others. [J]"""
     model = equipment.compensators.get(number)
     if compensator == "off" or not isinstance(model, DirectInverse):
         return float("nan")
     times: Array = np.asarray(SPACING_S * np.arange(round(6 * STROKE_S / SPACING_S) + 1))
     angle, velocity, _ = motion(times)
-    mean = np.full(times.size, MEAN_PRESSURE)
+    mean = np.full(times.size, robot.controller.mean_pressure)
     given = {"mean_pressure": mean, "load": np.zeros(times.size)}
     signals = {name: given[name] for name in model.needs}
     torque = model.run(angle[:, 0], times, given=signals).u

@@ -344,11 +344,7 @@ def test_the_one_joint_rig_follows_its_reference_to_two_degrees():
     [
         ("one_joint", 0.5, "realistic"),
         ("planar_arm", 0.5, "realistic"),
-        (
-            "tendon_arm",
-            0.65,
-            "realistic",
-        ),  # 0.60 in joint 3, whose loop is as slow as all together stand
+        ("tendon_arm", 0.65, "realistic"),  # 0.60 in joint 3, as slow as all stand together
         ("lever_joint", 0.65, "kind"),  # 0.70 on the realistic plant, as the page says
     ],
 )
