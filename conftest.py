@@ -29,6 +29,20 @@ if "PYTEST_XDIST_WORKER" in os.environ:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Of a slow test with many cases the first and the last are slow; those between them are exhaustive."""
+    cases = {}
+    for item in items:
+        if item.get_closest_marker("exhaustive"):
+            item.add_marker("slow")
+        elif item.get_closest_marker("slow"):
+            cases.setdefault(item.nodeid.partition("[")[0], []).append(item)
+    for of_one_test in cases.values():
+        for item in of_one_test[1:-1]:
+            item.add_marker("exhaustive")
+
+
 @pytest.hookimpl(hookwrapper=True)
 def pytest_collection():
     """Modules and tests stay to the end: to look through them for garbage takes a third of the collection."""

@@ -64,7 +64,7 @@ def test_a_run_is_scored_as_identify_scores_it():
     assert abs(bias) < rms
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", benchmark.BOXES)
 def test_no_box_sees_the_held_out_half(name, monkeypatch):
     box = trained(name)
@@ -84,7 +84,7 @@ def test_no_box_sees_the_held_out_half(name, monkeypatch):
     )  # the scores are those of what was held out
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", benchmark.BOXES)
 def test_a_box_errs_less_than_a_curve_on_a_small_loop(name):
     x, y = loop()

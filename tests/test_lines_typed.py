@@ -205,7 +205,7 @@ def test_compare_prints_the_line_that_makes_the_model_it_names(tmp_path, monkeyp
     assert done.exit_code == 0, done.output
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("timed", [False, True])
 def test_every_family_of_compare_is_made_again_by_its_name(timed):
     rng, t = np.random.default_rng(0), np.linspace(0.0, 40.0, 500)

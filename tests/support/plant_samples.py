@@ -38,11 +38,7 @@ VALVE = {
     "damping": 0.7,
 }
 SENSORS = {"angle_step": 2 * np.pi / 2**17, "pressure_noise": 250.0, "pressure_lag": 0.002}
-BUILT_IN = {
-    "maxwell-slip": mechanisms.maxwell_slip,
-    "preisach": mechanisms.preisach,
-    "dahl": mechanisms.dahl,
-}
+BUILT_IN = mechanisms.BUILDERS
 
 
 def muscle(hysteresis=None, **changes):

@@ -80,7 +80,7 @@ constexpr Key kKeys[] = {
     {"muscle", 0, 0, "the type, one of dmsp40, dmsp20"},
     {"valve", 0, 0, "the type, one of mpye, mpye_small"},
     {"drive", 0, 0, "what ctrl is, one of valve, pressure"},
-    {"mechanism", 0, 0, "of hysteresis, one of maxwell-slip, preisach, dahl, none"},
+    {"mechanism", 0, 0, "of hysteresis, one of maxwell-slip, preisach, dahl, braid, lugre, pinched, ageing, none"},
     {"map", 0, 0, "static force, one of tool, exponential, geometric"},
     {"coefficient", -1e9, 1e9, "coefficients of the map, 6 or, geometric, 8, in SI"},
     {"contraction", -0.3, 0.5, "contraction where the model is in qpos0, share of the length"},
@@ -212,7 +212,7 @@ void spread(plant_hysteresis &h)
 {
     const double scale = 0.0125;
     double sum = 0, ahead = 0;
-    if (h.kind == PLANT_MAXWELL_SLIP) {
+    if (h.kind == PLANT_MAXWELL_SLIP || h.kind == PLANT_BRAID || h.kind == PLANT_AGEING) {
         h.n = 40;
         for (int i = 0; i < h.n; ++i) h.strain[i] = 2e-4 * std::pow(4e-2 / 2e-4, i / (h.n - 1.0));
         for (int i = h.n - 1; i >= 0; --i) {
@@ -233,8 +233,12 @@ void spread(plant_hysteresis &h)
         h.n = 1;
         h.strain[0] = 12.8 * scale;
         h.share[0] = 1;
-        h.center = 0.11;
+    } else if (h.kind == PLANT_LUGRE || h.kind == PLANT_PINCHED) {
+        h.n = 1;
+        h.strain[0] = scale;
+        h.share[0] = 1;
     }
+    if (h.kind == PLANT_PREISACH || h.kind == PLANT_BRAID) h.center = 0.11;
 }
 
 void read(Config &c, Muscle &u)
@@ -268,7 +272,7 @@ void read(Config &c, Muscle &u)
     if (c.list("creep_force", p.creep_force, PLANT_CREEP) != p.creep_branches) c.refuse("creep_force");
     if (c.list("creep_pressure", p.creep_pressure, PLANT_CREEP) != p.creep_branches) c.refuse("creep_pressure");
     plant_hysteresis &h = p.hysteresis;
-    h.kind = c.choice("mechanism", {"none", "maxwell-slip", "preisach", "dahl"});
+    h.kind = c.choice("mechanism", {"none", "maxwell-slip", "preisach", "dahl", "braid", "lugre", "pinched", "ageing"});
     h.size = c.number("size");
     h.constant_share = c.number("constant_share");
     h.pressure_share = c.number("pressure_share");
@@ -289,7 +293,7 @@ void read(Config &c, Muscle &u)
 bool intact(const Muscle &u)
 {
     const plant_hysteresis &h = u.muscle.hysteresis;
-    return u.mark == kMark && u.muscle.map <= PLANT_MAP_GEOMETRIC && u.substeps >= 1 && u.substeps <= 1000 && h.kind >= PLANT_NONE && h.kind <= PLANT_DAHL &&
+    return u.mark == kMark && u.muscle.map <= PLANT_MAP_GEOMETRIC && u.substeps >= 1 && u.substeps <= 1000 && h.kind >= PLANT_NONE && h.kind < PLANT_FOREIGN &&
            h.n >= 0 && h.n <= PLANT_ELEMENTS && u.muscle.creep_branches >= 0 && u.muscle.creep_branches <= PLANT_CREEP &&
            u.state.turns >= 0 && u.state.turns <= PLANT_TURNS && u.state.turns != 1;
 }

@@ -157,7 +157,7 @@ plant_hysteresis plant_read_hysteresis(const nb::dict &parameters, const std::st
     h.asymmetry = reader.number("asymmetry");
     if (!(std::fabs(h.asymmetry) <= 0.5)) // beyond it, y + a y^2 is not monotone any more
         fail(reader.name("asymmetry") + " must lie in -0.5 .. 0.5, not " + std::to_string(h.asymmetry));
-    if (reader.has("center") || h.kind == PLANT_PREISACH) h.center = reader.number("center");
+    if (reader.has("center") || h.kind == PLANT_PREISACH || h.kind == PLANT_BRAID) h.center = reader.number("center");
     h.n = reader.list("strain", h.strain, PLANT_ELEMENTS, simple ? Range::any : Range::positive);
     same_length(reader, "strain", reader.list("share", h.share, PLANT_ELEMENTS, simple ? Range::any : Range::positive),
                 "share", h.n);

@@ -17,6 +17,7 @@ void plant_hysteresis_reset(const plant_hysteresis *hysteresis, plant_muscle_sta
     state->contraction = kappa;
     state->start = state->input = state->tip = kappa + hysteresis->pressure_strain * p;
     state->loop = state->loop_goal = state->way = 1.0;
+    state->age = 0.0;
     state->friction = 0.0;
 }
 
@@ -44,6 +45,10 @@ static double force(const plant_hysteresis *hysteresis, plant_muscle_state *stat
     switch (hysteresis->kind) {
     case PLANT_MAXWELL_SLIP: return plant_maxwell_slip(hysteresis, state, change, up, down);
     case PLANT_DAHL: return slip > 0.0 ? plant_dahl(hysteresis, state, change, up, down) : 0.0;
+    case PLANT_BRAID: return plant_braid(hysteresis, state, input, up, down);
+    case PLANT_LUGRE: return slip > 0.0 ? plant_lugre(hysteresis, state, change, up, down, period) : 0.0;
+    case PLANT_PINCHED: return slip > 0.0 ? plant_pinched(hysteresis, state, change, up, down) : 0.0;
+    case PLANT_AGEING: return plant_ageing(hysteresis, state, change, up, down, period);
     case PLANT_PREISACH: {
         /* y + a y^2 carries -1..1 to -(1 - a)..(1 + a) without a kink: reversals stay continuous, loops closed. */
         const double y = plant_preisach(hysteresis, state, input);

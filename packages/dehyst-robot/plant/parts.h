@@ -63,6 +63,13 @@ static inline double plant_age(double delay, double jitter, uint64_t *random, do
 double plant_maxwell_slip(const plant_hysteresis *hysteresis, plant_muscle_state *state, double change, double up,
                           double down);
 double plant_dahl(const plant_hysteresis *hysteresis, plant_muscle_state *state, double change, double up, double down);
+double plant_braid(const plant_hysteresis *hysteresis, plant_muscle_state *state, double input, double up, double down);
+double plant_lugre(const plant_hysteresis *hysteresis, plant_muscle_state *state, double change, double up, double down,
+                   double period);
+double plant_pinched(const plant_hysteresis *hysteresis, plant_muscle_state *state, double change, double up,
+                     double down);
+double plant_ageing(const plant_hysteresis *hysteresis, plant_muscle_state *state, double change, double up, double down,
+                    double period);
 /* Normalised output -1..1 after moving to an input. */
 double plant_preisach(const plant_hysteresis *hysteresis, plant_muscle_state *state, double input);
 

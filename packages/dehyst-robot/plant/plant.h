@@ -55,7 +55,11 @@ enum {
     PLANT_MAXWELL_SLIP = 1, /* springs that slip at a force growing with pressure */
     PLANT_PREISACH = 2,     /* Everett function of a smooth density that is not separable */
     PLANT_DAHL = 3,         /* Dahl elements: no return-point memory */
-    PLANT_FOREIGN = 4       /* a function of one's own */
+    PLANT_BRAID = 4,        /* springs whose slip force follows the angle of the braid */
+    PLANT_LUGRE = 5,        /* a bristle whose sliding force falls with speed */
+    PLANT_PINCHED = 6,      /* a Bouc-Wen spring that is soft where it takes up slack */
+    PLANT_AGEING = 7,       /* springs whose contacts grow at rest */
+    PLANT_FOREIGN = 8       /* a function of one's own */
 };
 
 /* Force of a foreign mechanism opposing contraction [N]: called once a step for each muscle. */
@@ -70,7 +74,7 @@ typedef struct plant_hysteresis {
     double pressure_share;
     double reference_pressure;     /* [Pa] */
     double asymmetry;              /* contraction is held back by (1 + asymmetry), elongation by (1 - asymmetry) */
-    double center;                 /* PLANT_PREISACH only: contraction in the middle of its range */
+    double center;                 /* PLANT_PREISACH, PLANT_BRAID: contraction in the middle */
     double strain[PLANT_ELEMENTS]; /* (n,) contraction at which an element slips, increasing; of a Preisach mechanism
                                       the last one is the half width of its range: beyond it, it saturates */
     double share[PLANT_ELEMENTS];  /* (n,) share of an element in `size`, sums to 1 */
@@ -179,6 +183,7 @@ typedef struct plant_muscle_state {
     double warmth;                      /* above the room, [K] */
     double loop, loop_goal;             /* factor of the loop's size in this stroke, and where it is going */
     double tip, way;                    /* furthest input of this stroke, and its direction */
+    double age;                         /* of the contacts of PLANT_AGEING, [s] */
     double target;                      /* of the spool */
     double arriving;                    /* flow out of the tube in the next step, [kg/s] */
     double supply;                      /* absolute pressure before the valve, [Pa] */

@@ -107,15 +107,11 @@ def test_without_tolerances_both_muscles_are_those_of_the_file():
     assert one["map"] == FORMS["tool"] == 0
 
 
-@pytest.mark.parametrize("name", ["maxwell-slip", "preisach", "dahl"])
+@pytest.mark.parametrize("name", mechanisms.BUILDERS)
 def test_mechanism_scale_and_shape_are_those_of_the_file(name):
     changes = {"hysteresis.mechanism": name, "hysteresis.scale": 1.5, "hysteresis.asymmetry": 0.2}
     made = pneumatic_joint_parameters(EXACT.with_changes(changes), 1, 0)["muscle"][0]["hysteresis"]
-    kind = {
-        "maxwell-slip": mechanisms.MAXWELL_SLIP,
-        "preisach": mechanisms.PREISACH,
-        "dahl": mechanisms.DAHL,
-    }[name]
+    kind = 1 + list(mechanisms.BUILDERS).index(name)  # their order in plant.h
     assert (made["kind"], made["size"], made["asymmetry"]) == (kind, 120.0, 0.2)
     assert (made["pressure_share"], made["reference_pressure"]) == (0.7, pytest.approx(3e5))
 

@@ -149,7 +149,7 @@ def test_an_episode_ends_after_its_seconds():
     assert ends == [False] * 9 + [True]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_example_learns_to_reach():
     learn = runpy.run_path(str(EXAMPLE))["learn"]
     errors = learn(rounds=8, seed=1)

@@ -190,7 +190,7 @@ def test_a_muscle_starts_where_the_first_step_finds_it():
         ("size", "-3", r"from 0 to 1e\+06.*leave the line out for 80"),
         ("size", "nan", "size=.nan. is not usable"),
         ("muscle", "dmsp10", "one of dmsp40, dmsp20"),
-        ("mechanism", "lugre", "maxwell-slip, preisach, dahl, none"),
+        ("mechanism", "coulomb", "preisach, dahl, braid, lugre, pinched, ageing"),
         ("volume", "1e-3 2e-3", "4 numbers"),
         ("coefficient", "1 2 3 4 5 6 7 8", "6 or, geometric, 8"),
         ("creep_force", "1 2", "as many as creep_time"),

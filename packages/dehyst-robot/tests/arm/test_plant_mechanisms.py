@@ -1,4 +1,4 @@
-"""The three hysteresis mechanisms: they take energy only, never jump, and remember what each of them should."""
+"""The built-in hysteresis mechanisms: they take energy only, never jump, and remember what each of them should."""
 
 from itertools import pairwise
 
@@ -17,6 +17,10 @@ from plant_samples import BUILT_IN
 SIZE = 80.0
 MIDDLE = 0.11
 NAMES = pytest.mark.parametrize("name", BUILT_IN)
+# Largest force over the size: where the muscle is long, at rest, after a step of 1 ms at full stretch.
+LARGEST = {"braid": 2.4, "lugre": 1.3, "ageing": 1.2}
+# Least loss over that of dry friction of the full size: a pinched loop is narrow.
+LEAST_LOSS = {"pinched": 0.4}
 
 
 def path(turns, step=2e-4):
@@ -51,7 +55,12 @@ def test_no_closed_path_of_contraction_yields_energy(turns, name, asymmetry, pre
     # Every leg is monotone, so sums with the later of two forces are not below the integral.
     assert np.sum(f[1:] * np.diff(kappa)) >= -1e-10
     assert np.all(
-        np.abs(f) <= SIZE * (0.3 + 0.7 * pressure / 3e5) * (1 + abs(asymmetry)) * (1 + 1e-9)
+        np.abs(f)
+        <= LARGEST.get(name, 1.0)
+        * SIZE
+        * (0.3 + 0.7 * pressure / 3e5)
+        * (1 + abs(asymmetry))
+        * (1 + 1e-9)
     )
 
 
@@ -62,8 +71,8 @@ def test_a_loop_dissipates_most_of_what_full_friction_would(name):
     second = slice(kappa.size // 2, None)
     loss = np.sum(f[1:] * np.diff(kappa))
     travel = np.sum(np.abs(np.diff(kappa)))
-    assert 0.5 < loss / (SIZE * travel) < 1.0
-    assert np.max(f[second]) > 0.98 * SIZE
+    assert LEAST_LOSS.get(name, 0.5) < loss / (SIZE * travel) < 1.0
+    assert np.max(f[second]) > 0.95 * SIZE
 
 
 @given(turning_points, st.sampled_from(list(BUILT_IN)), asymmetries)
@@ -123,8 +132,9 @@ def test_branches_of_maxwell_slip_are_the_virgin_curve_twice_as_large():
 def test_virgin_curves_are_comparable_and_reach_the_size(name):
     x = np.linspace(0, 0.1, 800)
     f = force(BUILT_IN[name](SIZE), MIDDLE + x)
-    assert np.max(np.abs(f / SIZE - (1 - np.exp(-x / 0.0125)))) < 0.06
-    assert 0.97 < f[-1] / SIZE <= 1.0 + 1e-12
+    if name != "pinched":  # which is soft at first
+        assert np.max(np.abs(f / SIZE - (1 - np.exp(-x / 0.0125)))) < 0.1
+    assert 0.94 < f[-1] / SIZE <= LARGEST.get(name, 1.0) + 1e-12
 
 
 @pytest.mark.parametrize("name", ["maxwell-slip", "dahl"])
@@ -140,8 +150,8 @@ def test_saturation_of_preisach_differs_between_the_directions_by_the_asymmetry(
 
 @NAMES
 def test_friction_grows_with_pressure_but_less_than_in_proportion(name):
-    full = [ends(BUILT_IN[name](SIZE), [MIDDLE, 0.5], p)[-1] for p in (0.0, 3e5, 6e5)]
-    np.testing.assert_allclose(np.array(full) / SIZE, [0.3, 1.0, 1.7], rtol=2e-3)
+    full = np.array([ends(BUILT_IN[name](SIZE), [MIDDLE, 0.5], p)[-1] for p in (0.0, 3e5, 6e5)])
+    np.testing.assert_allclose(full / full[1], [0.3, 1.0, 1.7], rtol=2e-3)
 
 
 @given(st.lists(st.floats(0, 6e5), min_size=2, max_size=20))
@@ -321,3 +331,88 @@ def test_more_nested_loops_than_fit_neither_jump_nor_give_energy():
 def test_a_wrong_setting_of_a_builder_is_refused(wrong):
     with pytest.raises(ParameterError):
         wrong()
+
+
+# ---- What no compensator of this repository contains
+
+
+def at_speed(mechanism, speed, turns):
+    """Forces at the turning points when every sample is 1 ms."""
+    kappa = path(turns, 1e-3 * speed)
+    f = force(mechanism, kappa)
+    where = np.cumsum([0] + [path([a, b], 1e-3 * speed).size - 1 for a, b in pairwise(turns)])
+    return f[where]
+
+
+def test_slip_of_a_braid_follows_the_area_on_which_its_strands_touch():
+    mechanism = mechanisms.braid(SIZE)
+
+    def contact(kappa):
+        return 1 / np.sin(2 * np.arccos((1 - kappa) * 0.9135))
+
+    for place in (0.0, 0.04, 0.11, 0.2):
+        full = ends(mechanism, [place - 0.08, place])[-1] if place > 0.03 else None
+        back = ends(mechanism, [place + 0.08, place])[-1]
+        expected = SIZE * contact(place) / contact(MIDDLE)
+        np.testing.assert_allclose(back, -expected, rtol=1e-9)
+        if full is not None:
+            np.testing.assert_allclose(full, expected, rtol=1e-9)
+
+
+def test_loops_of_one_width_are_wider_in_a_long_braid():
+    long, short = (np.ptp(minor_loop(mechanisms.braid(SIZE), c, 0.03)) for c in (0.0, 0.2))
+    assert long > 1.1 * short
+
+
+def test_lugre_slides_with_the_force_of_its_stribeck_curve():
+    for speed in (0.002, 0.02, 0.2):
+        sliding = at_speed(mechanisms.lugre(SIZE), speed, [MIDDLE, 0.3])[-1]
+        curve = 1 + 0.3 * np.exp(-((speed / 0.02) ** 2))
+        np.testing.assert_allclose(sliding, SIZE * curve, rtol=1e-4)
+
+
+def test_a_pinched_loop_is_narrow_in_its_middle_and_wide_at_its_ends():
+    kappa = path([MIDDLE, 0.19, 0.03, 0.19, 0.03], 1e-4)
+    f = force(mechanisms.pinched(SIZE), kappa)
+    quarter = path([0.03, 0.19], 1e-4).size - 1
+    rising, falling = f[-2 * quarter - 1 : -quarter], f[-quarter - 1 :][::-1]
+    gap = rising[: quarter + 1] - falling[: quarter + 1]
+    slope = np.diff(f[-2 * quarter - 1 : -quarter])
+    loaded = rising[:-1] / SIZE
+    soft = slope[(loaded > 0.05) & (loaded < 0.15)].mean()
+    assert soft < 0.35 * slope[loaded < -0.5].mean()
+    assert gap.max() > 1.5 * SIZE
+
+
+def test_pinched_is_its_equation_whatever_the_step():
+    mechanism = mechanisms.pinched(SIZE, asymmetry=0.1)
+    fine = force(mechanism, path([MIDDLE, 0.15, 0.08, 0.12], 1e-5))[-1]
+    jumps = force(mechanism, [MIDDLE, 0.15, 0.08, 0.12])[-1]
+    np.testing.assert_allclose(jumps, fine, rtol=0, atol=1e-4 * SIZE)
+    # df/dkappa = k h(u) (1 - max(u, 0)), by the method of Euler
+    f, kappa = 0.0, MIDDLE
+    for target in (0.15, 0.08):
+        change = (target - kappa) / 40000
+        slip = 1.1 * SIZE if change > 0 else 0.9 * SIZE
+        for _ in range(40000):
+            u = np.sign(change) * f / slip
+            h = 1 - 0.8 * np.exp(-(((u - 0.1) / 0.3) ** 2))
+            f += SIZE / 0.0125 * h * (1 - max(u, 0.0)) * change
+        kappa = target
+    np.testing.assert_allclose(
+        f, force(mechanism, [MIDDLE, 0.15, 0.08])[-1], rtol=0, atol=2e-3 * SIZE
+    )
+
+
+def test_after_a_rest_the_contacts_of_ageing_hold_more_by_its_logarithm():
+    mechanism = mechanisms.ageing(SIZE)
+
+    def peak(rest):
+        """Largest force of a stroke that follows `rest` seconds at its start."""
+        kappa = np.concatenate([path([MIDDLE, 0.2, 0.1]), np.full(int(1e3 * rest), 0.1), path([0.1, 0.2])])
+        return np.max(force(mechanism, kappa)[-500:]) / SIZE
+
+    short, long = peak(1.0), peak(10.0)
+    assert long > short > peak(0.0)
+    # The stroke itself wears a part of it away before everything slips.
+    assert 0.2 < (long - short) / (0.05 * np.log(101 / 11)) <= 1.0

@@ -148,7 +148,7 @@ def finished_rows(table):
     return len(rows(table)) if table.exists() else 0
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_after_a_kill_the_sweep_goes_on_and_the_table_is_that_of_an_uninterrupted_run(
     spec, tmp_path
 ):
@@ -278,7 +278,7 @@ def test_runs_that_fail_are_rows_and_can_be_tried_again(spec, tmp_path):
     assert (again.resumed, again.failed) == (RUNS - 2, 2)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     "workers", [1, 2]
 )  # one: the next run always waits in the process that dies

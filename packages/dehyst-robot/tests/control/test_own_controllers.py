@@ -228,7 +228,7 @@ def test_a_trial_gives_the_same_logs_and_errors_as_under_the_papers():
     assert runs[1].angle.shape == runs[0].angle.shape
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_experiment_runs_it_beside_the_papers_and_reports_both(tmp_path):
     robot, equipment = kit()
     request = dehyst_robot.Request(

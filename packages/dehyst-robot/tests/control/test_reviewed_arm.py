@@ -261,7 +261,7 @@ def reproduced(controllers):
     return result, page, logs
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_another_controller_adds_figures_and_changes_none():
     (alone, plain, _), (both, page, logs) = reproduced(("paper",)), reproduced(("paper", "pid"))
     figures, more = alone.plants["dahl"].figures[0], dict(both.plants["dahl"].figures[0])

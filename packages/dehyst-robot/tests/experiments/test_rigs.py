@@ -476,7 +476,7 @@ def test_joints_in_frames_are_locked_where_they_are(tmp_path):
     )  # fmt: skip
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_poles_that_joints_together_do_not_stand_are_told_with_those_that_they_do(tmp_path):
     file = tmp_path / "new.toml"
     chosen = load_robot(_written(file, new_rig(file, 2)), conditions="realistic")

@@ -234,7 +234,7 @@ def test_a_rig_of_klute_s_muscles_is_calibrated_identified_and_accepted(tmp_path
     assert identify_joint(robot, 1, calibrate(robot, 1), tmp_path).accepted
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("conditions", ["kind", "realistic"])
 @pytest.mark.parametrize(
     ("name", "which"),

@@ -192,7 +192,7 @@ def test_parameters_can_be_read(fmu):
         assert instance.get("parameter_hold_samples") == (TOLD.hold_samples,)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_random_sequences_of_calls_never_crash(fmu, tmp_path):
     # A step of a joint takes long; the machine of states is that of the block, of which test_export_fmu.py asks more.
     assert run_sequences(*fmu, tmp_path, count=8000)["discarded"] > 100

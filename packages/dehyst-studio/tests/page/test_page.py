@@ -277,7 +277,7 @@ def test_the_example_log_gives_the_numbers_of_python_and_a_file_that_it_reads(
     assert shown == expected
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_generated_logs_give_the_numbers_of_python_or_are_left_to_it(opened, tmp_path):
     fitted = []
     for seed in range(40):
@@ -388,7 +388,7 @@ def test_loops_that_fall_saturate_or_begin_elsewhere_give_the_numbers_of_python(
     assert np.max(np.abs(dehyst.load(model).simulate(x) - answer["predicted"])) < 1e-5 * np.ptp(y)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_log_is_let_go_when_the_next_one_comes(opened):
     rows = 50_000
     log = big_log(rows)
@@ -450,7 +450,7 @@ def test_a_log_can_be_pasted(opened):
     assert Path(saving.value.path()).read_text() == text
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_a_log_larger_than_the_page_reads_is_refused_and_a_long_one_is_fitted(opened, tmp_path):
     log = tmp_path / "huge.csv"
     with log.open("wb") as stream:
@@ -507,7 +507,7 @@ def test_on_windows_the_commands_are_quoted_as_python_quotes_them_there(chromium
     opened.close()
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_compensator_at_work_stays_on_every_reference_and_a_curve_does_not(opened, tmp_path):
     page = opened.page
     page.click("text=Try an example")

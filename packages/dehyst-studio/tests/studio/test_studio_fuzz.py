@@ -271,7 +271,7 @@ def _tried(examples):
     return cases[:examples]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_no_command_reads_or_writes_a_file_elsewhere_or_ends_in_a_traceback(
     outside, monkeypatch, capsys
 ):

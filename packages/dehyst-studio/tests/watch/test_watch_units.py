@@ -135,7 +135,7 @@ def test_watch_and_drift_agree_about_every_unit_of_the_signals(tmp_path):
     assert not wrong
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_watch_and_drift_agree_about_every_spelling_of_a_worn_actuator_in_every_dialect(tmp_path):
     path, wrong, count = tmp_path / "log.csv", [], 0
     for time in TIMES:

@@ -50,7 +50,7 @@ def use(page, package):
     return f"declare\n{own}{shown[1]}\nbegin\n{shown[2]}end;\n"
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @WITH_GNAT
 @pytest.mark.parametrize(
     ("real", "names"), [("double", tuple(UNITS)), ("float", ("sums", "inverted", "taught"))]

@@ -907,7 +907,7 @@ def test_two_fmus_can_be_linked_into_one_program(real, tmp_path):
     subprocess.run(["./both"], cwd=tmp_path, check=True)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_random_sequences_of_calls_never_crash(fmu, tmp_path):
     run_sequences(*fmu, tmp_path, "-DOUTPUT_LOW=-1.0", "-DOUTPUT_HIGH=1.5")
 

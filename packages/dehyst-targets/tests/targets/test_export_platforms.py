@@ -182,6 +182,7 @@ def last_line(*command, **env):
 
 @pytest.mark.parametrize("real", ["double", "float"])
 @pytest.mark.parametrize("name", UNITS)
+@pytest.mark.exhaustive
 def test_exported_c_answers_to_the_bit_on_other_processors_systems_and_by_another_compiler(
     name, real, tmp_path
 ):

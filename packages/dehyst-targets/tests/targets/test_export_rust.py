@@ -36,7 +36,7 @@ def cargo(folder, *words):
     )
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @WITH_CARGO
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_units_of_every_kind_have_the_models_answers_and_link_into_one_program(real, tmp_path):

@@ -130,6 +130,7 @@ def wrong(library, name, subject):
 
 
 @pytest.mark.parametrize("compiler", BUILDS)
+@pytest.mark.exhaustive
 def test_every_export_has_the_bits_of_the_model_in_a_compiler_of_others(compiler, tmp_path):
     folder, made = (
         tool(compiler),

@@ -223,7 +223,7 @@ def test_every_row_is_the_model_on_other_processors_and_systems(rows, place):
     assert ran(rows, command, runner, order, **env) == {}
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @NEEDS_COMPILER
 @pytest.mark.parametrize("real", ["double", "float"])
 @pytest.mark.parametrize("version", [2, 3])
@@ -253,7 +253,7 @@ def done(folder, *command):
     assert said.returncode == 0, said.stdout + said.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.skipif(shutil.which("cargo") is None, reason="needs apt-get install cargo gcc")
 def test_every_row_is_the_model_in_rust(tmp_path):
     real, folder = "double", exported("double", "rust", tmp_path)
@@ -281,7 +281,7 @@ def test_every_row_is_the_model_in_rust(tmp_path):
     assert wrong(real, (folder / "answer.bin").read_bytes()) == {}
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.skipif(
     shutil.which("gprbuild") is None or shutil.which("gnatmake") is None,
     reason="needs apt-get install gnat gprbuild",

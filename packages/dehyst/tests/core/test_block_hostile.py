@@ -14,7 +14,7 @@ BUILDS = {
 }
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @PRECISIONS
 @pytest.mark.parametrize("build", BUILDS)
 def test_no_accepted_block_leaves_its_range_its_states_or_its_bits(build, precision, tmp_path):

@@ -401,7 +401,7 @@ def program(folder, compiler, levels, *options):
     return compiled(tool(compiler), folder, levels, *options, driver="engine_gram.c")
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_no_sum_reads_or_writes_beyond_its_arrays(tmp_path):
     best = list(FLAGS)[_native.engine_best_level()]
     driver = program(

@@ -79,7 +79,7 @@ def driver(tmp_path_factory):
     )
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("level", [0, 1, 2], ids=list(FLAGS))
 def test_every_method_follows_the_definition_on_random_signals(driver, level):
     done = run(driver, level, 1, SIGNALS)
@@ -95,7 +95,7 @@ def test_the_portable_engine_needs_no_vector_instructions(tmp_path):
     assert done.returncode == 0, done.stdout
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_engine_stays_within_its_memory(tmp_path):
     compiler = tool("gcc", "clang")
     options = [

@@ -36,7 +36,7 @@ def samples(homing):
     )
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @given(
     model=models(), tolerance=st.floats(0.05, 0.5), start=st.floats(-1.0, 1.0), spent=st.booleans()
 )

@@ -87,7 +87,7 @@ def test_a_row_says_what_a_separate_scoring_of_its_predictions_says(found, laggi
             assert entry.test.max == pytest.approx(np.abs(error).max(), rel=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_no_family_sees_the_held_out_samples(lagging):
     """Other values there change no model, so no prediction of the fitted part."""
     half = len(lagging) // 2
@@ -352,7 +352,7 @@ def test_bad_requests_end_with_a_cure_before_any_work(run, log, arguments, words
     assert words in err
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.skipif(not DATA.is_dir(), reason="measured logs are not there")
 @pytest.mark.parametrize("name", LOGS)
 def test_on_measured_logs_the_chosen_family_is_at_least_as_good_as_auto(run, name):

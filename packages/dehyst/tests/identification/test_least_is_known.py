@@ -48,6 +48,7 @@ def unrelated(seed):
 
 
 @pytest.mark.parametrize("seeds", [range(2), pytest.param(range(2, 30), marks=pytest.mark.slow)])
+@pytest.mark.exhaustive
 def test_an_unrelated_output_is_answered_by_a_sentence(seeds):
     for seed in seeds:
         fit = dehyst.identify(unrelated(seed))

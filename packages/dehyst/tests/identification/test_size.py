@@ -31,7 +31,7 @@ def log(tmp_path_factory, record):
     return path
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_no_model_has_more_numbers_than_were_asked_for_and_more_numbers_err_less(record):
     fits = [dehyst.identify(record, size=size) for size in (*SIZES, None)]
     for fit, size in zip(fits, SIZES, strict=False):
@@ -85,7 +85,7 @@ def test_a_size_that_says_nothing_is_refused(record, family, settings, why):
         dehyst.identify(record, family, **settings)
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("period", [0.02, 0.001, 0.0001])
 def test_the_model_for_a_processor_keeps_its_period_there(run, log, tmp_path, period):
     model_file = tmp_path / "m.json"
@@ -123,7 +123,7 @@ def figures(record, size):
     return [fit.family, str(fit.model.free_parameters), *errors, *times]
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_the_table_of_sizes_is_as_the_decision_says(record):
     text = (ROOT / "docs" / "decisions" / "0065-size-and-processor.md").read_text()
     rows = re.findall(r"(?m)^\| (no cap|\d+) \| (.*) \|$", text)

@@ -79,7 +79,7 @@ def test_date_and_time_in_two_columns_are_one_clock(tmp_path):
     assert [text for case in CASES[::487] if (text := wrong(tmp_path, *case))] == []
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_all_notations_layouts_and_orders_are_one_clock(tmp_path):
     assert [text for case in CASES[::11] if (text := wrong(tmp_path, *case))] == []
 

@@ -35,7 +35,7 @@ def test_no_layout_is_read_wrongly_without_a_word(tmp_path):
     assert not wrong(judged(CASES[::197], tmp_path))
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 def test_none_of_2800_layouts_is_read_wrongly_without_a_word(tmp_path):
     verdicts = judged(CASES, tmp_path)
     assert not wrong(verdicts)

@@ -579,7 +579,7 @@ def loaded_log(model, seed, samples=9600):
     return dehyst.Recording(input=u, output=y, time=t, name=f"log {seed}"), given
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     "referred", [True, False], ids=["against a reference", "against the model"]
 )

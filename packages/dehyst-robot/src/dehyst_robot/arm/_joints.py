@@ -6,7 +6,7 @@ Names of the parameters are those of packages/dehyst-robot/plant/plant.h.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
@@ -16,15 +16,7 @@ import numpy.typing as npt
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError, SimulationError
 from dehyst_robot._native import PneumaticJoint
-from dehyst_robot.arm._mechanisms import (
-    Mechanism,
-    Parameters,
-    dahl,
-    foreign,
-    maxwell_slip,
-    none,
-    preisach,
-)
+from dehyst_robot.arm._mechanisms import BUILDERS, Mechanism, Parameters, foreign, none
 from dehyst_robot.arm._parameters import Robot
 from dehyst_robot.arm._policy import POLICY
 from dehyst_robot.arm._rigid_body import moment_arms
@@ -41,11 +33,6 @@ FORCES = {
     "geometric": (0, 5, 6),
     "spring": (),
     "table": (0,),
-}
-BUILDERS: dict[str, Callable[..., Parameters]] = {
-    "maxwell-slip": maxwell_slip,
-    "preisach": preisach,
-    "dahl": dahl,
 }
 WIDEST_DEAD_BAND = 0.9  # of the command: a tenth is left that opens the valve
 WIDEST_DRAW = 2.5  # rms: a muscle that is further off does not pass the maker's final test

@@ -1,17 +1,21 @@
-"""Hysteresis mechanisms of the simulated muscle: three built in, none, or user-defined.
+"""Hysteresis mechanisms of the simulated muscle: seven built in, none, or user-defined.
 
 All act in parallel to the static force map and oppose the contraction kappa = (l_0 - l)/l_0. They have one size and one
 scale of strain, so that their virgin curves (force along a first contraction from rest) are close to
 
     f(kappa) = size g(p) (1 - exp(-kappa/kappa_s)),   g(p) = constant_share + pressure_share p/reference_pressure,
 
-to 0.01 (Preisach), 0.04 (Maxwell slip) and 0.05 (Dahl) of the size, and differ in what they remember:
+to 0.06 of the size, and differ in what they remember. The last four are in no compensator of this repository:
 
 | mechanism | built of | reversals |
 |---|---|---|
 | :func:`maxwell_slip` | springs that slip | return-point memory; shape of a loop does not depend on where it lies |
 | :func:`preisach` | Everett function of a smooth, non-separable density | return-point memory; depends on where |
 | :func:`dahl` | three Dahl elements | no memory: small loops drift |
+| :func:`braid` | springs whose slip force follows the angle of the braid | loops are wide where the muscle is long |
+| :func:`lugre` | a bristle of LuGre | loops are narrow at high speed |
+| :func:`pinched` | a pinched Bouc-Wen spring; reaches 0.63 of its size later | loops are narrow in the middle |
+| :func:`ageing` | springs whose contacts grow at rest | the stroke after a rest is stiffer than the next |
 
 Strain 0.0125 is 5 mm of a muscle of 0.4 m; sizes of 1 to 3 % of the largest force are published. Both are assumptions
 that were made before any compensator was run.
@@ -31,8 +35,10 @@ from dehyst_robot._native import PLANT_ELEMENTS
 
 Parameters = dict[str, Any]
 
-NONE, MAXWELL_SLIP, PREISACH, DAHL, FOREIGN = range(5)
+NONE, MAXWELL_SLIP, PREISACH, DAHL, BRAID, LUGRE, PINCHED, AGEING, FOREIGN = range(9)
 STRAIN_SCALE = 0.0125
+SPRINGS = 40
+SPRING_STRAINS = (2e-4, 4e-2)
 # Of the Preisach mechanism, whose virgin curve is about 1 - exp(-12.8 x), see packages/dehyst-robot/plant/preisach.c.
 _RANGE_IN_SCALES = 12.8
 
@@ -93,8 +99,8 @@ def _made(factory: MechanismFactory, joint: int, muscle: int) -> Mechanism:
 
 def maxwell_slip(
     size: float,
-    elements: int = 40,
-    strain: tuple[float, float] = (2e-4, 4e-2),
+    elements: int = SPRINGS,
+    strain: tuple[float, float] = SPRING_STRAINS,
     strain_scale: float = STRAIN_SCALE,
     **common: float,
 ) -> Parameters:
@@ -135,6 +141,13 @@ def maxwell_slip(
     >>> len(mechanism["share"]), round(sum(mechanism["share"]), 12)
     (40, 1.0)
     """
+    return _mechanism(MAXWELL_SLIP, size, *_springs(elements, strain, strain_scale), common)
+
+
+def _springs(
+    elements: int, strain: tuple[float, float], strain_scale: float
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return slip strains and shares of springs whose virgin curve is 1 - exp(-x/x_s)."""
     _positive(strain_scale=strain_scale)
     if not 1 <= elements <= PLANT_ELEMENTS:
         raise ParameterError(
@@ -155,7 +168,7 @@ def maxwell_slip(
     slope = np.diff(np.concatenate(([0.0], curve))) / np.diff(np.concatenate(([0.0], x)))
     share = x * (slope - np.append(slope[1:], 0.0))
     # The last one slips at x_n, where the formula ends below the whole size.
-    return _mechanism(MAXWELL_SLIP, size, x, share / share.sum(), common)
+    return x, share / share.sum()
 
 
 def preisach(
@@ -255,6 +268,150 @@ def dahl(
     return _mechanism(DAHL, size, x, share, common)
 
 
+def braid(size: float, center: float = 0.11, **common: float) -> Parameters:
+    """Return springs that slip at a force which follows the contact of the braid's strands (Davis and Caldwell, 2006).
+
+        f_i <- clip(f_i + k_i dkappa, -w W_i, w W_i),   w = sin(2 theta(center))/sin(2 theta(kappa))
+        cos(theta) = (1 - kappa) cos(24 deg)
+
+    Strands of one width that cross at 2 theta touch on an area in proportion to 1/sin(2 theta), so loops are wide where
+    the muscle is long. The k_i and W_i are those of :func:`maxwell_slip`.
+
+    Parameters
+    ----------
+    size
+        Force when everything slips, at ``center`` and at the reference pressure. [N]
+    center
+        Contraction at which w is 1.
+    **common
+        As of :func:`shared`.
+
+    Returns
+    -------
+    dict
+        As of :func:`maxwell_slip`.
+
+    Raises
+    ------
+    ParameterError
+        If a number lies outside its range.
+
+    Examples
+    --------
+    >>> braid(80.0)["center"]
+    0.11
+    """
+    springs = _springs(SPRINGS, SPRING_STRAINS, STRAIN_SCALE)
+    return _mechanism(BRAID, size, *springs, common, center)
+
+
+def lugre(size: float, strain_scale: float = STRAIN_SCALE, **common: float) -> Parameters:
+    """Return a bristle whose sliding force falls with speed (LuGre: Canudas de Wit and others, 1995).
+
+        df/dkappa = k (1 -+ f/g(v)),   g(v) = W (1 + 0.3 exp(-(v/v_s)^2)),   v_s = 0.02 1/s,   k = size/strain_scale
+
+    The micro damping of the paper is left out: without it the bristle takes energy at every speed.
+
+    Parameters
+    ----------
+    size
+        Sliding force at high speed, at the reference pressure. [N]
+    strain_scale
+        Strain of the virgin curve at high speed.
+    **common
+        As of :func:`shared`.
+
+    Returns
+    -------
+    dict
+        As of :func:`maxwell_slip`.
+
+    Raises
+    ------
+    ParameterError
+        If a number lies outside its range.
+
+    Examples
+    --------
+    >>> lugre(80.0)["strain"]
+    [0.0125]
+    """
+    return _bristle(LUGRE, size, strain_scale, common)
+
+
+def pinched(size: float, strain_scale: float = STRAIN_SCALE, **common: float) -> Parameters:
+    """Return a Bouc-Wen spring that is soft where it takes up slack (Baber and Noori, 1986; Foliente, 1995).
+
+        df/dkappa = k h(u) (1 - max(u, 0)),   h(u) = 1 - 0.8 exp(-((u - 0.1)/0.3)^2),   k = size/strain_scale
+        u = f/W in the direction of motion
+
+    Parameters
+    ----------
+    size
+        Force when it slips, at the reference pressure. [N]
+    strain_scale
+        Strain of the virgin curve without slack.
+    **common
+        As of :func:`shared`.
+
+    Returns
+    -------
+    dict
+        As of :func:`maxwell_slip`.
+
+    Raises
+    ------
+    ParameterError
+        If a number lies outside its range.
+
+    Examples
+    --------
+    >>> pinched(80.0)["share"]
+    [1.0]
+    """
+    return _bristle(PINCHED, size, strain_scale, common)
+
+
+def ageing(size: float, **common: float) -> Parameters:
+    """Return springs that slip at a force which grows while they rest (Dieterich, 1979; Ruina, 1983).
+
+        f_i <- clip(f_i + k_i dkappa, -a W_i, a W_i),   a = 1 + 0.05 ln(1 + theta/0.1 s)
+        d theta/dt = 1 - theta |dkappa/dt|/0.02
+
+    The k_i and W_i are those of :func:`maxwell_slip`.
+
+    Parameters
+    ----------
+    size
+        Force when everything slips that never rests, at the reference pressure. [N]
+    **common
+        As of :func:`shared`.
+
+    Returns
+    -------
+    dict
+        As of :func:`maxwell_slip`.
+
+    Raises
+    ------
+    ParameterError
+        If a number lies outside its range.
+
+    Examples
+    --------
+    >>> ageing(80.0)["n"]
+    40
+    """
+    return _mechanism(AGEING, size, *_springs(SPRINGS, SPRING_STRAINS, STRAIN_SCALE), common)
+
+
+def _bristle(
+    kind: int, size: float, strain_scale: float, common: dict[str, float]
+) -> Parameters:
+    _positive(strain_scale=strain_scale)
+    return _mechanism(kind, size, np.array([strain_scale]), np.ones(1), common)
+
+
 def none() -> Parameters:
     """Return no hysteresis at all: the control.
 
@@ -272,7 +429,7 @@ def foreign() -> Parameters:
     Examples
     --------
     >>> foreign()["kind"]
-    4
+    8
     """
     return {"kind": FOREIGN}
 
@@ -357,3 +514,15 @@ def _positive(**numbers: float) -> None:
     for name, value in numbers.items():
         if not (value > 0 and math.isfinite(value)):
             raise ParameterError(f"{name} = {value} must be a positive number", **{name: value})
+
+
+BUILDERS: dict[str, Callable[..., Parameters]] = {
+    "maxwell-slip": maxwell_slip,
+    "preisach": preisach,
+    "dahl": dahl,
+    "braid": braid,
+    "lugre": lugre,
+    "pinched": pinched,
+    "ageing": ageing,
+}
+PLANTS = (*BUILDERS, "none")

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
+from dehyst_robot.arm._mechanisms import PLANTS
 from dehyst_robot.fields import Key
 from dehyst_robot.muscles import muscle_names
 
@@ -83,7 +84,7 @@ class Muscle:
 class Hysteresis:
     """The mechanism that all muscles share; ``scale`` multiplies their sizes, ``creep`` their creep."""
 
-    mechanism: Annotated[str, Key(choices=("maxwell-slip", "preisach", "dahl", "none"))]
+    mechanism: Annotated[str, Key(choices=PLANTS)]
     scale: Scale
     pressure_share: Share
     reference: Annotated[float, Key("bar", 0.1, 10.0)]

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from dehyst_robot.arm._drawn import drawn_mjcf as drawn_mjcf
     from dehyst_robot.arm._joints import run_pressures as run_pressures
     from dehyst_robot.arm._kinematics import joint_path as joint_path
+    from dehyst_robot.arm._mechanisms import PLANTS as PLANTS
     from dehyst_robot.arm._mechanisms import mechanisms_of as mechanisms_of
     from dehyst_robot.arm._parameters import CONDITIONS as CONDITIONS
     from dehyst_robot.arm._parameters import DEFAULT as DEFAULT
@@ -30,7 +31,7 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_drawn": "drawn_mjcf",
         "_joints": "run_pressures",
         "_kinematics": "joint_path",
-        "_mechanisms": "mechanisms_of",
+        "_mechanisms": "PLANTS mechanisms_of",
         "_parameters": "CONDITIONS DEFAULT conditions_of numbers_text",
         "_rigid_body": "inverse_dynamics joint_inertia joint_positions moment_arms tool_positions",
         "_routing": "contraction",

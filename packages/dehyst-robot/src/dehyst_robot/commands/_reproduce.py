@@ -27,6 +27,7 @@ from dehyst.errors import ParameterError
 from dehyst.files import write_atomically
 from dehyst.shell import command
 from dehyst_robot.arm import Robot, changes_from_packaged, load_robot
+from dehyst_robot.arm import kit as arm_kit
 from dehyst_robot.commands._policy import POLICY
 from dehyst_robot.commands._requests import ReproduceRequest
 from dehyst_robot.control import FLAGS
@@ -100,7 +101,7 @@ def _robot(request: ReproduceRequest) -> Robot:
 
 
 def _experiment(request: ReproduceRequest) -> Request:
-    plants: tuple[str, ...] = experiments_kit.PLANTS
+    plants: tuple[str, ...] = arm_kit.PLANTS
     if request.plant is None and request.quick:
         plants = ("preisach",)
     elif request.plant not in (None, "all"):

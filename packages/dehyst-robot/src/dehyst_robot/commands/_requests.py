@@ -14,7 +14,7 @@ class ReproduceRequest:
 
     quick: bool = option("One plant, one seed, shorter trials, no studies: half a minute.", False)
     plant: str | None = option(
-        "all, maxwell-slip, preisach, dahl or none; several as preisach,none."
+        "all, maxwell-slip, preisach, dahl, braid, lugre, pinched, ageing or none; several as preisach,none."
     )
     joint: str = option(
         "Joint that is compensated, 1, 2 or 4 of the packaged arm, or all; several as 1,2.", "all"

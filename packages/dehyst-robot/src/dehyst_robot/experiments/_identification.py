@@ -178,7 +178,7 @@ def identify_joint(
 
     The input of the paper's model is the loop arranged around the diagonal, x = dp - dp_nom(q) + k q, its output q;
     dp_nom is the calibrated characteristic at the known load. ``dehyst identify LOG --input sheared_bar --output
-    angle_rad --family pi`` gives the same model, bit for bit.
+    angle_rad --family pi --train-fraction 1`` gives the same model, bit for bit.
 
     Parameters
     ----------
@@ -386,10 +386,10 @@ def _identified(
 
 
 def _played(robot: Robot, file: Path) -> Fit:
-    """The paper's model; its loop is sheared in the log already, by the k of the robot's file."""
+    """The paper's model of the whole log: other loops test it. The log is sheared already, by the k of the robot's file."""
     settings = robot.compensator
     recording = read_log(file, input=INPUT, output=OUTPUT, time=TIME)
-    return identify(recording, family="pi", n=settings.operators, eps=settings.eps)
+    return identify(recording, family="pi", n=settings.operators, eps=settings.eps, train_fraction=1.0)
 
 
 def _hysteresis(columns: Mapping[str, Array]) -> Array:

@@ -53,8 +53,6 @@ from dehyst_robot.experiments._trials import learned_trial, trial_motion
 from dehyst_robot.iso9283 import Timing
 
 ENGINES = ("mujoco", "mink", "numpy", "scipy")
-PLANTS = ("maxwell-slip", "preisach", "dahl", "none")
-
 OFF = "off"
 
 Key = TypeVar("Key")
@@ -121,7 +119,7 @@ class Request:
     ('fast', 'slow', 'slow_no_integrator')
     """
 
-    plants: tuple[str, ...] = PLANTS
+    plants: tuple[str, ...] = arm_kit.PLANTS
     joints: tuple[int, ...] = ()
     compensators: tuple[str, ...] = ("paper",)
     seeds: tuple[int, ...] = (0, 1, 2)
@@ -266,7 +264,7 @@ class _Crew:
 
 def _built_in(plant: str) -> str:
     """The robot's own mechanism under a foreign one is none."""
-    if plant in PLANTS:
+    if plant in arm_kit.PLANTS:
         return plant
     return "none"
 
@@ -457,7 +455,7 @@ def _studies(
         return {}
     name, joint = request.compensators[-1], request.joints[0]
     for case, robot in cases.items():
-        if identified[case, name][joint].accepted and case.plant in PLANTS:
+        if identified[case, name][joint].accepted and case.plant in arm_kit.PLANTS:
             changed = robot.with_changes(_recipe(request, name).changes)
             study = StudyCase(changed, path, kits[case, name], joint)
             return study_tables(crew.do("studies", study_jobs(study)))
@@ -570,7 +568,7 @@ def _settings(robot: Robot, request: Request) -> dict[str, Any]:
 
 
 def _check(robot: Robot, request: Request) -> None:
-    _check_known("plant", request.plants, (*PLANTS, *request.foreign))
+    _check_known("plant", request.plants, (*arm_kit.PLANTS, *request.foreign))
     _check_known("joint", request.joints, robot.compensator.joints or tuple(robot.joints))
     _check_known("trial", request.trials, TRIALS)
     for number in request.joints:

@@ -338,8 +338,8 @@ class TrialRun(Plotted):
         most = float(np.abs(self.contact[raised, j]).max())
         return (
             f"up to {most:.1f} Nm came at once that the model does not explain, in {100 * np.mean(raised):.0f} % of "
-            f"the trial: a hand, a wall, a load, or a calibration that is wrong there. Nothing was learned from it. If "
-            f"nothing touched the joint, calibrate and identify it again."
+            f"the trial: a hand, a wall, a load; if nothing touched the joint, a calibration or a hysteresis that is "
+            f"not as it was identified. Nothing was learned from it."
         )
 
 

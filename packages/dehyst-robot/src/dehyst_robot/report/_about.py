@@ -40,14 +40,22 @@ def about_section(result: Reproduction, logs: Logs | None) -> PageSection:
     return PageSection("about", "What this is", tuple(blocks))
 
 
-def _mechanisms() -> str:
-    """The mechanisms of hysteresis of the plants, in a sentence."""
+def _mechanisms(result: Reproduction) -> str:
+    """The mechanisms of hysteresis of the plants of this run, in sentences."""
     meanings = []
     for name, meaning in MECHANISMS.items():
         # The control has no mechanism.
-        if name != NO_HYSTERESIS:
+        if name in result.plants and name != NO_HYSTERESIS:
             meanings.append(f"{name}: {meaning}")
-    return "; ".join(meanings)
+    words = ""
+    if meanings:
+        words = (
+            f" The hysteresis of the plants comes from other mechanisms ({'; '.join(meanings)}). They depend on "
+            f"pressure, differ between contraction and elongation, and creep."
+        )
+    if NO_HYSTERESIS in result.plants:
+        words += " One plant has no hysteresis: whatever a compensator does there is harm."
+    return words
 
 
 def honesty(result: Reproduction) -> tuple[str, ...]:
@@ -58,9 +66,7 @@ def honesty(result: Reproduction) -> tuple[str, ...]:
         "hardware, and the paper gives its errors as curves, not as numbers: what can be compared is what "
         "compensation changes, not a figure in degrees.",
         "The plant is not the controller's model. The compensator is a weighted sum of play operators, which know no "
-        "time and no pressure. The hysteresis of the plants comes from three other mechanisms ("
-        f"{_mechanisms()}). All three depend on pressure, differ between contraction and elongation, and creep. "
-        "A fourth plant has no hysteresis: whatever a compensator does there is harm.",
+        f"time and no pressure.{_mechanisms(result)}",
         "What was fixed when: the muscles, their hysteresis and creep, valves, sensors, masses and the controller's "
         "errors of the packaged parameter file were fixed before a compensator was first run on this arm, and none was "
         "changed afterwards; a prototype of one joint, with compensators, had been tried before. Most of these numbers "

@@ -30,6 +30,10 @@ MECHANISMS = {
     "maxwell-slip": "40 springs in series with dry friction, whose slip force grows with pressure",
     "preisach": "a Preisach density that no sum of plays can reproduce",
     "dahl": "three Dahl elements, which forget where they turned",
+    "braid": "springs whose slip force follows the angle of the braid: loops are wide where the muscle is long",
+    "lugre": "a bristle of LuGre, whose sliding force falls with speed",
+    "pinched": "a pinched Bouc-Wen spring, whose loops are narrow in the middle",
+    "ageing": "springs whose contacts grow at rest: the stroke after a rest is stiffer",
     NO_HYSTERESIS: "the control: the same arm without hysteresis",
 }
 
