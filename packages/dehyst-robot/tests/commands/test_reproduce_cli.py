@@ -248,8 +248,8 @@ def refused(tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize(
     ("words", "cure"),
     [
-        ("--plant rust", "maxwell-slip, preisach, dahl, none"),
-        ("--plant preisach,", "maxwell-slip, preisach, dahl, none"),
+        ("--plant rust", "maxwell-slip, preisach, dahl, braid, lugre, pinched, ageing, none"),
+        ("--plant preisach,", "maxwell-slip, preisach, dahl, braid, lugre, pinched, ageing, none"),
         ("--joint 3", "1, 2, 4"),
         ("--joint one", "a number or all"),
         ("--compensator nothing", "paper, literal, scaled"),

@@ -34,6 +34,8 @@ def test_the_command_line_gives_the_same_model_bit_for_bit_from_the_written_log(
         "angle_rad",
         "--family",
         "pi",
+        "--train-fraction",
+        "1",
     ]
     monkeypatch.setattr("sys.argv", ["dehyst", *words, "--save", str(saved)])
     with contextlib.suppress(SystemExit):

@@ -17,7 +17,8 @@ from dehyst_robot.experiments import Request, reproduce
     ("changes", "request_", "says"),
     [
         ({"joint.1.drive": "electric"}, Request(joints=(1,)), "electric"),
-        ({}, Request(foreign={"lugre": lambda joint, muscle: None}), "lugre"),  # type: ignore[arg-type,return-value]
+        ({}, Request(foreign={"mine": lambda joint, muscle: None}), "mine"),  # type: ignore[arg-type,return-value]
+        ({}, Request(foreign={"dahl": lambda joint, muscle: None}), "my-dahl"),  # type: ignore[arg-type,return-value]
         ({}, Request(own=lambda found: None, compensators=("off",)), "off"),  # type: ignore[arg-type,return-value]
         ({}, Request(seeds=(1.5,)), "whole"),  # type: ignore[arg-type]
         ({}, Request(seeds=(2**64,)), "2\\*\\*32"),

@@ -579,6 +579,13 @@ def _check(robot: Robot, request: Request) -> None:
                 f"joint.{number}.drive.",
                 joint=number,
             )
+    built_in = [name for name in request.foreign if name in arm_kit.PLANTS]
+    if built_in:
+        raise ParameterError(
+            f"the mechanism '{built_in[0]}' of `foreign` has the name of a built-in one; the report could not tell them "
+            f"apart. Name it 'my-{built_in[0]}'.",
+            built_in=built_in,
+        )
     unused = [name for name in request.foreign if name not in request.plants]
     if unused:
         raise ParameterError(
