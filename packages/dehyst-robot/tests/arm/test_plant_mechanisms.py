@@ -409,7 +409,9 @@ def test_after_a_rest_the_contacts_of_ageing_hold_more_by_its_logarithm():
 
     def peak(rest):
         """Largest force of a stroke that follows `rest` seconds at its start."""
-        kappa = np.concatenate([path([MIDDLE, 0.2, 0.1]), np.full(int(1e3 * rest), 0.1), path([0.1, 0.2])])
+        kappa = np.concatenate(
+            [path([MIDDLE, 0.2, 0.1]), np.full(int(1e3 * rest), 0.1), path([0.1, 0.2])]
+        )
         return np.max(force(mechanism, kappa)[-500:]) / SIZE
 
     short, long = peak(1.0), peak(10.0)

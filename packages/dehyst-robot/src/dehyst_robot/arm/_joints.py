@@ -16,7 +16,7 @@ import numpy.typing as npt
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError, SimulationError
 from dehyst_robot._native import PneumaticJoint
-from dehyst_robot.arm._mechanisms import BUILDERS, Mechanism, Parameters, foreign, none
+from dehyst_robot.arm._mechanisms import BUILDERS, Mechanism, foreign, none
 from dehyst_robot.arm._parameters import Robot
 from dehyst_robot.arm._policy import POLICY
 from dehyst_robot.arm._rigid_body import moment_arms

@@ -405,9 +405,7 @@ def ageing(size: float, **common: float) -> Parameters:
     return _mechanism(AGEING, size, *_springs(SPRINGS, SPRING_STRAINS, STRAIN_SCALE), common)
 
 
-def _bristle(
-    kind: int, size: float, strain_scale: float, common: dict[str, float]
-) -> Parameters:
+def _bristle(kind: int, size: float, strain_scale: float, common: dict[str, float]) -> Parameters:
     _positive(strain_scale=strain_scale)
     return _mechanism(kind, size, np.array([strain_scale]), np.ones(1), common)
 

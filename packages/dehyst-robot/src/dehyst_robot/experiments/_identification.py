@@ -386,10 +386,12 @@ def _identified(
 
 
 def _played(robot: Robot, file: Path) -> Fit:
-    """The paper's model of the whole log: other loops test it. The log is sheared already, by the k of the robot's file."""
+    """The paper's model of the whole log, which other loops test; it is sheared already, by the k of the robot's file."""
     settings = robot.compensator
     recording = read_log(file, input=INPUT, output=OUTPUT, time=TIME)
-    return identify(recording, family="pi", n=settings.operators, eps=settings.eps, train_fraction=1.0)
+    return identify(
+        recording, family="pi", n=settings.operators, eps=settings.eps, train_fraction=1.0
+    )
 
 
 def _hysteresis(columns: Mapping[str, Array]) -> Array:

@@ -102,8 +102,8 @@ RECIPES: Mapping[str, Recipe] = MappingProxyType(
             log="loops",
             stops_only=True,
         ),
-        # The paper's own log, all of it: on a longer one it errs less with two mechanisms and up to 2.5 times as much with
-        # the others (docs/explanation/the-paper-and-this-repository.md).
+        # From the longer log it errs less with four mechanisms, and more, or is not accepted, with the other three
+        # (docs/explanation/the-paper-and-this-repository.md).
         "best": _direct(
             "adaptive, from the log that the paper's is identified from",
             log="loops",

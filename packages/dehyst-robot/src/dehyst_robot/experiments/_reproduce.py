@@ -582,8 +582,8 @@ def _check(robot: Robot, request: Request) -> None:
     built_in = [name for name in request.foreign if name in arm_kit.PLANTS]
     if built_in:
         raise ParameterError(
-            f"the mechanism '{built_in[0]}' of `foreign` has the name of a built-in one; the report could not tell them "
-            f"apart. Name it 'my-{built_in[0]}'.",
+            f"the mechanism '{built_in[0]}' of `foreign` has the name of a built-in one; the report could not tell "
+            f"them apart. Name it 'my-{built_in[0]}'.",
             built_in=built_in,
         )
     unused = [name for name in request.foreign if name not in request.plants]
