@@ -386,7 +386,7 @@ def _identified(
 
 
 def _played(robot: Robot, file: Path) -> Fit:
-    """The paper's model of the whole log, which other loops test; it is sheared already, by the k of the robot's file."""
+    """The paper's model of the whole log, which other loops test; it is sheared by the k of the robot's file."""
     settings = robot.compensator
     recording = read_log(file, input=INPUT, output=OUTPUT, time=TIME)
     return identify(
