@@ -514,7 +514,7 @@ def test_every_parameter_is_in_the_reference_and_the_plants_are_on_its_page():
         assert f"\n## {table}\n" in page
         assert re.search(rf"(?ms)^## {re.escape(table)}$.*?^\| `{name}` \|", page), key
         assert table.partition(".")[0] not in parameters.PLANT or f"| `{key}` |" in plant
-    assert re.findall(r"(?m)^- \[(\d+)\]", page) == [str(n) for n in range(1, 15)]
+    assert re.findall(r"(?m)^- \[(\d+)\]", page) == [str(n) for n in range(1, 19)]
 
 
 def test_a_sensitivity_table_of_another_sweep_is_refused(tmp_path, monkeypatch):
