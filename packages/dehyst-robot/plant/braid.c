@@ -2,8 +2,8 @@
  * the angle 2 theta touch on an area in proportion to 1/sin(2 theta); cos(theta) = (1 - kappa) cos(theta_0).
  *   f_i <- clip(f_i + k_i dkappa, -w W_i^down, w W_i^up),   w = sin(2 theta(center))/sin(2 theta(kappa))
  * Loops are wide where the muscle is long. Davis and Caldwell, Int. J. Robotics Research 25(4), 2006: friction by the
- * contact of strands; the angle at rest is an assumption, at which the width
- * changes more than at the 28.6 degrees of the muscle's volume. */
+ * contact of strands; 24 degrees are an assumption: the muscle's volume is
+ * that of 28.6, with which the width would change less. */
 #include "parts.h"
 
 #define COS_AT_REST 0.9135 /* theta_0 = 24 degrees */

@@ -17,9 +17,9 @@ from plant_samples import BUILT_IN
 SIZE = 80.0
 MIDDLE = 0.11
 NAMES = pytest.mark.parametrize("name", BUILT_IN)
-# Largest force over the size: where the muscle is long, at rest, after a step of 1 ms at full stretch.
-LARGEST = {"braid": 2.4, "lugre": 1.3, "ageing": 1.2}
-# Least loss over that of dry friction of the full size: a pinched loop is narrow.
+# Largest force over the size: of a braid where the muscle is longest, of a bristle at rest, of contacts 10 s old.
+LARGEST = {"braid": 2.4, "lugre": 1.3, "ageing": 1.25}
+# Least loss over that of dry friction of the full size: a pinched spring is soft once in every stroke.
 LEAST_LOSS = {"pinched": 0.4}
 
 
@@ -48,11 +48,17 @@ turning_points = st.lists(st.floats(-0.04, 0.26), min_size=2, max_size=9)
 asymmetries = st.floats(-0.3, 0.3)
 
 
-@given(turning_points, st.sampled_from(list(BUILT_IN)), asymmetries, st.floats(0, 6e5))
-def test_no_closed_path_of_contraction_yields_energy(turns, name, asymmetry, pressure):
-    kappa = path([*turns, turns[0]])
+@given(
+    turning_points,
+    st.sampled_from(list(BUILT_IN)),
+    asymmetries,
+    st.floats(0, 6e5),
+    st.sampled_from([2e-4, 2e-5]),
+)
+def test_no_closed_path_of_contraction_yields_energy(turns, name, asymmetry, pressure, step):
+    kappa = path([*turns, turns[0]], step)  # at 0.2 or at 0.02 1/s
     f = force(BUILT_IN[name](SIZE, asymmetry=asymmetry), kappa, pressure)
-    # Every leg is monotone, so sums with the later of two forces are not below the integral.
+    # The later force times the motion is not below what a spring stores: k d(f^2) / 2 <= f df.
     assert np.sum(f[1:] * np.diff(kappa)) >= -1e-10
     assert np.all(
         np.abs(f)
@@ -371,17 +377,24 @@ def test_lugre_slides_with_the_force_of_its_stribeck_curve():
         np.testing.assert_allclose(sliding, SIZE * curve, rtol=1e-4)
 
 
-def test_a_pinched_loop_is_narrow_in_its_middle_and_wide_at_its_ends():
-    kappa = path([MIDDLE, 0.19, 0.03, 0.19, 0.03], 1e-4)
+def test_a_pinched_spring_is_soft_once_in_a_stroke_just_past_the_zero_of_its_force():
+    kappa = path([MIDDLE, 0.19, 0.03, 0.19], 1e-4)
     f = force(mechanisms.pinched(SIZE), kappa)
-    quarter = path([0.03, 0.19], 1e-4).size - 1
-    rising, falling = f[-2 * quarter - 1 : -quarter], f[-quarter - 1 :][::-1]
-    gap = rising[: quarter + 1] - falling[: quarter + 1]
-    slope = np.diff(f[-2 * quarter - 1 : -quarter])
-    loaded = rising[:-1] / SIZE
-    soft = slope[(loaded > 0.05) & (loaded < 0.15)].mean()
-    assert soft < 0.35 * slope[loaded < -0.5].mean()
-    assert gap.max() > 1.5 * SIZE
+    stroke = path([0.03, 0.19], 1e-4).size
+    load, slope = f[-stroke:-1] / SIZE, np.diff(f[-stroke:])
+
+    def at(low, high):
+        return slope[(load > low) & (load < high)].mean()
+
+    assert at(0.05, 0.15) < 0.5 * at(0.5, 0.6) < 0.5 * at(-0.9, -0.7)
+
+
+def test_pinched_springs_neither_jump_nor_grow_where_pressure_takes_their_slip_force_away():
+    mechanism = mechanisms.pinched(SIZE, pressure_share=1.0)
+    kappa = np.concatenate([np.linspace(MIDDLE, 0.2, 500), [0.2 + 1e-5, 0.2 - 1e-5, 0.2 + 1e-3]])
+    p = np.concatenate([np.full(500, 3e5), [10.0, 10.0, 10.0]])
+    loaded, *later = force(mechanism, kappa, p)[499:]
+    assert all(abs(value) <= loaded for value in later)
 
 
 def test_pinched_is_its_equation_whatever_the_step():

@@ -5,7 +5,8 @@ scale of strain, so that their virgin curves (force along a first contraction fr
 
     f(kappa) = size g(p) (1 - exp(-kappa/kappa_s)),   g(p) = constant_share + pressure_share p/reference_pressure,
 
-to 0.06 of the size, and differ in what they remember. The last four are in no compensator of this repository:
+to 0.1 of the size where they move fast, and differ in what they remember. No compensator of `reproduce` has a term that
+is one of the last four:
 
 | mechanism | built of | reversals |
 |---|---|---|
@@ -14,7 +15,7 @@ to 0.06 of the size, and differ in what they remember. The last four are in no c
 | :func:`dahl` | three Dahl elements | no memory: small loops drift |
 | :func:`braid` | springs whose slip force follows the angle of the braid | loops are wide where the muscle is long |
 | :func:`lugre` | a bristle of LuGre | loops are narrow at high speed |
-| :func:`pinched` | a pinched Bouc-Wen spring; reaches 0.63 of its size later | loops are narrow in the middle |
+| :func:`pinched` | a pinched Bouc-Wen spring, softer at first | each is soft once, just past the zero of the force |
 | :func:`ageing` | springs whose contacts grow at rest | the stroke after a rest is stiffer than the next |
 
 Strain 0.0125 is 5 mm of a muscle of 0.4 m; sizes of 1 to 3 % of the largest force are published. Both are assumptions

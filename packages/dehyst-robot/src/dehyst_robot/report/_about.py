@@ -65,15 +65,17 @@ def honesty(result: Reproduction) -> tuple[str, ...]:
         "calibration, identification, inversion, trials along the paths of ISO 9283. Nothing here was measured on "
         "hardware, and the paper gives its errors as curves, not as numbers: what can be compared is what "
         "compensation changes, not a figure in degrees.",
-        "The plant is not the controller's model. The compensator is a weighted sum of play operators, which know no "
-        f"time and no pressure.{_mechanisms(result)}",
+        "The plant is not the controller's model. The paper's compensator is a weighted sum of play operators, which "
+        f"know no time and no pressure.{_mechanisms(result)}",
         "What was fixed when: the muscles, their hysteresis and creep, valves, sensors, masses and the controller's "
         "errors of the packaged parameter file were fixed before a compensator was first run on this arm, and none was "
-        "changed afterwards; a prototype of one joint, with compensators, had been tried before. Most of these numbers "
-        "are assumptions, within published ranges where there are any. Set after first runs were the procedure "
-        "(homing, motions of calibration and identification, speed and rests of the path, poles of the wrist, "
-        f"thresholds of the fault detection) and the limit of {100 * experiments_kit.POLICY.acceptable:.0f} % for "
-        f"accepting a model, which lies between what plants with and without hysteresis gave.",
+        "changed afterwards; a prototype of one joint, with compensators, had been tried before. The mechanisms braid, "
+        "lugre, pinched and ageing were added later, from the literature, and not changed after a compensator had run "
+        "on them. Most of these numbers are assumptions, within published ranges where there are any. Set after first "
+        "runs were the procedure (homing, motions of calibration and identification, speed and rests of the path, "
+        "poles of the wrist, thresholds of the fault detection) and the limit of "
+        f"{100 * experiments_kit.POLICY.acceptable:.0f} % for accepting a model, which lies between what plants with "
+        "and without hysteresis gave.",
         "Lengths, masses, gains and the path of the paper's arm were not published: here they are assumptions, and "
         "stand below as such.",
     ]

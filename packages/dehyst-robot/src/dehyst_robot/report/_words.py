@@ -32,7 +32,7 @@ MECHANISMS = {
     "dahl": "three Dahl elements, which forget where they turned",
     "braid": "springs whose slip force follows the angle of the braid: loops are wide where the muscle is long",
     "lugre": "a bristle of LuGre, whose sliding force falls with speed",
-    "pinched": "a pinched Bouc-Wen spring, whose loops are narrow in the middle",
+    "pinched": "a pinched Bouc-Wen spring, which is soft just past the zero of its force",
     "ageing": "springs whose contacts grow at rest: the stroke after a rest is stiffer",
     NO_HYSTERESIS: "the control: the same arm without hysteresis",
 }
