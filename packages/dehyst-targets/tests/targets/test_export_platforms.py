@@ -104,6 +104,7 @@ def checked(folder, binaries, triple, suffix, *runner, **env):
 
 
 @pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.exhaustive
 def test_zig_makes_a_binary_for_each_platform_that_the_standard_names_and_the_same_again(version):
     first, second = (package(UNITS["pi"]("double"), version) for _ in range(2))
     assert {path.split("/")[1] for path in first.binaries.files} == FOLDERS[version]

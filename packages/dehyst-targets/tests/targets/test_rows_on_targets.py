@@ -204,7 +204,7 @@ def test_every_row_is_the_model_on_a_microcontroller(rows, board):
     assert wrong(real, content, samples=BOARD_SAMPLES) == {}
 
 
-@pytest.mark.slow
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("place", PLACES)
 def test_every_row_is_the_model_on_other_processors_and_systems(rows, place):
     zig = pytest.importorskip("ziglang", reason="needs zig: pip install 'dehyst-targets[fmi]'")
