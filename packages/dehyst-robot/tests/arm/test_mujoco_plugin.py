@@ -18,6 +18,7 @@ from dehyst.errors import MissingExtraError, ParameterError
 from dehyst_robot import mujoco_plugin
 from dehyst_robot.arm import JointBench, load_robot
 from dehyst_robot.arm._joints import built_plant
+from dehyst_robot.arm._mechanisms import BUILDERS, PLANTS
 from dehyst_robot.arm._rigid_body import arm_mjcf
 from dehyst_robot.mujoco_plugin import actuator_xml, load
 from places import ROBOT, ROOT
@@ -64,7 +65,7 @@ ALONE = {"joint.1.backlash_deg": 0, "simulation.command_delay_s": 0, "simulation
 REALISTIC = load_robot(changes={**ALONE, "joint.1.range_deg": 30.0}, conditions="realistic")
 
 
-@pytest.mark.parametrize("mechanism", ["maxwell-slip", "preisach", "dahl", "none", "realistic"])
+@pytest.mark.parametrize("mechanism", [*PLANTS, "realistic"])
 def test_with_valves_it_moves_as_the_bench_does(mechanism):
     robot = REALISTIC if mechanism == "realistic" else robot_of(mechanism)
     bench, (model, data) = JointBench(robot, 1), as_plugin(robot, "valve")
@@ -84,7 +85,7 @@ def test_with_valves_it_moves_as_the_bench_does(mechanism):
         np.testing.assert_allclose(data.plugin_state[at : at + 4], expected, rtol=1e-9)
 
 
-@pytest.mark.parametrize("mechanism", ["maxwell-slip", "preisach", "dahl"])
+@pytest.mark.parametrize("mechanism", BUILDERS)
 def test_with_imposed_pressures_it_has_the_torque_of_the_plant(mechanism):
     robot = robot_of(mechanism)
     plant, (model, data) = built_plant(robot, 1, 0), as_plugin(robot, "pressure", fused=False)

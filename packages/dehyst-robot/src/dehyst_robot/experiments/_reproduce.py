@@ -84,7 +84,7 @@ class Request:
     Attributes
     ----------
     plants
-        Hysteresis mechanisms of the simulated muscles, of `PLANTS` or of `foreign`.
+        Hysteresis mechanisms of the simulated muscles, of `dehyst_robot.arm.kit.PLANTS` or of `foreign`.
     joints
         Joints that are identified, compensated and listed; empty: those of the robot that get a compensator.
     compensators
@@ -590,7 +590,7 @@ def _check(robot: Robot, request: Request) -> None:
     if unused:
         raise ParameterError(
             f"the mechanism '{unused[0]}' of `foreign` is in none of the plants {request.plants}: it would not be run. "
-            f"Type plants=('{unused[0]}',), or plants=(*PLANTS, '{unused[0]}').",
+            f"Type plants=('{unused[0]}',), or plants=('preisach', '{unused[0]}').",
             unused=unused,
         )
     _check_names(request)
