@@ -47,12 +47,16 @@ def noisy(y, noise):
     return y + np.random.default_rng(5).normal(0.0, noise, y.size)
 
 
+def message_of(fit):
+    return next(finding.message for finding in fit.warnings if finding.code == "output-late")
+
+
 def codes(fit):
     return {finding.code for finding in fit.warnings} & TOLD
 
 
-def identify(x, y, t, purpose="simulate"):
-    return dehyst.identify(dehyst.Recording(input=x, output=y, time=t), purpose=purpose)
+def identify(x, y, t, purpose="simulate", **settings):
+    return dehyst.identify(dehyst.Recording(input=x, output=y, time=t), purpose=purpose, **settings)
 
 
 @pytest.mark.slow
@@ -64,7 +68,7 @@ def test_a_dead_time_is_told_and_taken_into_the_model(smooth):
     assert codes(fit) == {"output-late"}
     assert fit.as_dict()["dead_time_s"] == fit.model.dead_time == pytest.approx(0.08, abs=0.021)
     assert fit.test.rmse < 1.5 * identify(x, prompt, t).test.rmse
-    message = next(finding.message for finding in fit.warnings if finding.code == "output-late")
+    message = message_of(fit)
     assert (
         f"about {1000 * fit.model.dead_time:.2g} ms late" in message
         and "that much ahead" in message
@@ -74,14 +78,48 @@ def test_a_dead_time_is_told_and_taken_into_the_model(smooth):
 
 
 @pytest.mark.slow
-def test_a_compensator_is_told_of_the_dead_time_and_does_not_carry_it():
+def test_a_compensator_takes_of_the_dead_time_what_the_reference_is_known_ahead():
     t, x = strokes(True)
-    fit = identify(x, noisy(shifted(LOOP.simulate(x), 8), 0.002), t, "compensate")
-    assert codes(fit) == {"output-late"}
-    assert getattr(fit.model, "dead_time", 0.0) == 0.0
-    assert "--for simulate" in next(
-        finding.message for finding in fit.warnings if finding.code == "output-late"
+    y = noisy(shifted(LOOP.simulate(x), 8), 0.002)
+    whole, part, none = (
+        identify(x, y, t, "compensate", ahead=ahead) for ahead in (None, 0.04, 0.0)
     )
+    assert [codes(fit) for fit in (whole, part, none)] == 3 * [{"output-late"}]
+    assert whole.model.dead_time == pytest.approx(0.08, abs=0.021)
+    assert (part.model.dead_time, none.model.dead_time) == (pytest.approx(0.04), 0.0)
+    assert "has 40 ms of it" in message_of(part) and "--ahead 0" in message_of(whole)
+    assert "has it" not in message_of(none)
+    assert part.settings["ahead"] == 0.04 and "ahead" not in whole.settings
+
+
+@pytest.mark.slow
+def test_a_compensator_that_sends_ahead_tracks_where_one_that_does_not_lags():
+    """The actuator is 80 ms late; its references are twice as fast as the log."""
+    t, x = strokes(True)
+    y = noisy(shifted(LOOP.simulate(x), 8), 0.002)
+    wanted = 0.7 * strokes(True, 3000, seed=4)[1]
+    wanted = np.interp(np.arange(0.0, 2990.0, 2.0), np.arange(3000.0), wanted)
+    errors = []
+    for ahead in (None, 0.0):
+        model = identify(x, y, t, "compensate", ahead=ahead).model
+        sent = model.ahead(model.inverse().simulate(wanted, STEP * np.arange(wanted.size)))
+        errors.append(np.std((shifted(LOOP.simulate(sent), 8) - wanted)[50:-50]))
+    assert errors[0] < 0.3 * errors[1]
+
+
+@pytest.mark.parametrize(
+    ("settings", "cure"),
+    [
+        ({"ahead": -1.0}, "0 or more"),
+        ({"ahead": "auto"}, "0 or more"),
+        ({"ahead": 0.1, "family": "pi"}, "pi has none"),
+        ({"ahead": 0.1, "n": 20}, "n has none"),
+    ],
+)
+def test_a_time_that_is_none_or_belongs_to_no_choice_is_refused(settings, cure):
+    t, x = strokes(True, 500)
+    with pytest.raises(dehyst.errors.ParameterError, match=cure):
+        dehyst.identify(dehyst.Recording(input=x, output=x, time=t), **settings)
 
 
 @pytest.mark.slow
@@ -114,7 +152,7 @@ def test_an_output_that_comes_before_its_input_is_told():
 def test_without_time_stamps_it_is_told_in_samples():
     x = strokes(False)[1]
     fit = identify(x, noisy(shifted(LOOP.simulate(x), 8), 0.002), None)
-    message = next(finding.message for finding in fit.warnings if finding.code == "output-late")
+    message = message_of(fit)
     assert " samples late" in message
     assert fit.as_dict()["dead_time_s"] == 0.0
 

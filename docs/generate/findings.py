@@ -394,8 +394,10 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "elements, creep and rate in it, falls below {LATE_ERROR:%} on blocks left out: a dead time, or a lag of "
             "a sensor or a filter, has this effect. Looked for by `--family auto` where the input turns more often "
             "than there are blocks.",
-            "Log both columns by one clock, unfiltered, or move one. If the actuator itself is late, `--for simulate` "
-            "takes the dead time into the model (`dead_time_s`); give a compensator its reference that much ahead.",
+            "The dead time is in the model (`dead_time_s`): `dehyst compensate` sends each value that much before its "
+            "time, and an exported compensator wants its reference that much ahead. Where the reference is not known "
+            "ahead, or a sensor is late and not the actuator: `--ahead 0`. If the logging does it, log both columns by "
+            "one clock, unfiltered, or move one.",
         ),
         "output-early": (
             "The same with the output moved back, where the error falls to {EARLY_ERROR:%}: the input was logged late.",
@@ -656,9 +658,10 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Smooth the reference, sample it more finely, or raise `--eps` when identifying.",
         ),
         "dead-time": (
-            "The model knows a dead time of the actuator. The computed input stands at the time of the output that "
-            "belongs to it.",
-            "Send it that much earlier.",
+            "The model has a dead time of the actuator: each computed value stands that much before the output that "
+            "it is for, and an exported compensator wants its reference that much ahead.",
+            "Nothing, where the reference is known ahead; else identify with `--ahead 0`. `dehyst compensate --ahead 0` "
+            "leaves values beside their outputs.",
         ),
         "memory-unknown": (
             "With `--unknown-state` nothing is assumed of the past, or for models without a bound that it was between "

@@ -534,7 +534,7 @@ CURES: dict[str, list[Cure]] = {
             f"identify log.csv log2.csv {PAIR} {{named}} --creep 0",
         )
     ],
-    "output-late": [Cure(late, IDENTIFY, "--for simulate", after="changed")],
+    "output-late": [Cure(late, IDENTIFY, "--ahead 0", after="changed")],
     "slope-not-guaranteed": [
         Cure(weights_that_follow_the_output, f"{DIRECT} --creep 0", "--no-position-schedule")
     ],

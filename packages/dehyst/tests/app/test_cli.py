@@ -422,19 +422,38 @@ def test_compensate_then_simulate_gives_the_reference_back(run, folder, tmp_path
     assert np.ptp(table(asked.read_text())[column]) < 0.2 * np.ptp(reference)
 
 
-def test_a_dead_time_is_told_with_what_to_do_and_is_no_loss_of_digits(run, tmp_path):
-    """compensate said that the inverse loses digits; sent that much earlier its input is right."""
+def test_computed_values_are_sent_earlier_by_the_dead_time(run, tmp_path):
+    """compensate said that the inverse loses digits, and left it to the person to move the values."""
     model = replace(example("creep-pi"), dead_time=0.1, period=0.02)
     t = np.arange(0.0, 20.0, 0.02)
     wanted = 0.5 * np.sin(t)
     model.save(tmp_path / "late.json")
     write_csv(tmp_path / "reference.csv", {"time_s": t, "output": wanted})
-    status, csv, err = run(
-        "compensate", tmp_path / "late.json", tmp_path / "reference.csv", "--output", "output"
-    )
-    said = " ".join(err.split())
-    assert status == 0 and "warning dead-time: " in said and "that much before its time" in said
-    assert "round-trip" not in said
+    line = ("compensate", tmp_path / "late.json", tmp_path / "reference.csv", "--output", "output")
+    asked = {}
+    for ahead, told in (
+        ("auto", "stands 0.1 s before the output"),
+        ("0", "leave --ahead 0 out"),
+        ("0.06", "stands 0.06 s before"),
+    ):
+        status, csv, err = run(*line, "--ahead", ahead)
+        said = " ".join(err.split())
+        assert status == 0 and "warning dead-time: " in said and told in said
+        assert "round-trip" not in said
+        written = table(csv)
+        asked[ahead] = written[next(name for name in written if name.startswith("compensated"))]
+    np.testing.assert_allclose(asked["auto"][:-5], asked["0"][5:], atol=1e-12)
+    np.testing.assert_allclose(asked["0.06"][:-3], asked["0"][3:], atol=1e-12)
+    errors = {}
+    for ahead in ("auto", "0"):
+        sent = asked[ahead]
+        answer = model.at_rest(float(sent[0])).simulate(sent, t)
+        errors[ahead] = np.abs(answer - wanted)[100:-5].max()
+    assert errors["auto"] < 0.02 and errors["0"] > 0.04
+    assert run(*line)[1] == run(*line, "--ahead", "auto")[1]
+    for wrong in ("-1", "soon", "nan", "inf"):
+        status, _, err = run(*line, f"--ahead={wrong}")
+        assert status != 0 and "--ahead 0.08" in " ".join(err.split())
     out = run(
         "export",
         tmp_path / "late.json",
@@ -447,12 +466,6 @@ def test_a_dead_time_is_told_with_what_to_do_and_is_no_loss_of_digits(run, tmp_p
         tmp_path / "unit",
     )[1]
     assert "give the unit the reference that much ahead" in " ".join(out.split())
-    [sent] = [values for name, values in table(csv).items() if name.startswith("compensated")]
-    as_it_is, early = (
-        model.at_rest(float(sent[0])).simulate(x, t[: x.size]) for x in (sent, sent[5:])
-    )
-    assert np.abs(early[100:] - wanted[100:-5]).max() < 0.02  # sent five periods earlier
-    assert np.abs(as_it_is[100:] - wanted[100:]).max() > 0.04
 
 
 def test_units_are_converted_and_said(run, folder, tmp_path):

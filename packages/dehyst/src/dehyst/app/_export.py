@@ -23,6 +23,11 @@ from dehyst.findings import Finding
 from dehyst.models import Model, ShearedPrandtlIshlinskii, load
 from dehyst.shell import command
 
+REFERENCE_AHEAD = (
+    "give the unit the reference that much ahead (or, where nobody knows it before it is due, identify again with "
+    "--ahead 0)"
+)
+
 
 def run_export(request: ExportRequest) -> None:
     """Read, make the unit, write the folder, print what it costs."""
@@ -49,7 +54,7 @@ def run_export(request: ExportRequest) -> None:
     findings = list(pair)
     if request.what != "forward" or unit_finding:  # a forward model drives nothing
         findings += verdict_findings(model, f"'{request.model}'", "Do not let it drive a machine")
-        findings += dead_time_findings(model, "give the unit the reference that much ahead")
+        findings += dead_time_findings(model, REFERENCE_AHEAD)
     findings += unit_finding
     # Operators without weight cost time and memory on the target and change no number.
     if request.prune:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from dehyst.app._logs import named_columns, read_logs, signals_of
+from dehyst.app._logs import named_columns, read_logs, seconds_ahead, signals_of
 from dehyst.app._processor import StepCost, fit_for, refuse_processor
 from dehyst.app._targets import (
     MODEL,
@@ -81,6 +81,11 @@ def _refuse_options(request: IdentifyRequest) -> None:
         "--max-inverse-gain": request.max_inverse_gain is not None,
     }
     sized = request.size is not None or request.processor is not None
+    if request.family != "auto" and request.ahead != "auto":
+        raise ParameterError(
+            f"--ahead says how much of a dead time the default choice may take into the model, and --family "
+            f"{request.family} has none. Leave one of them out."
+        )
     if request.family == DIRECT and sized:
         raise ParameterError(
             f"--size and --processor make models smaller, and a {DIRECT} has the size that its terms take. Leave them "
@@ -118,6 +123,7 @@ def _identify(request: IdentifyRequest) -> tuple[Fit, StepCost | None]:
     settings |= {"family": request.family, "train_fraction": request.train_fraction}
     if request.shear is not None or request.max_inverse_gain is not None:
         settings |= {"shear": request.shear, "max_inverse_gain": request.max_inverse_gain}
+    settings["ahead"] = seconds_ahead(request.ahead)
     with ask_progress("reading", request.json) as progress:
         records = [record for _, _, record in read_logs(request, progress)]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import chain, zip_longest
@@ -319,6 +320,22 @@ def dead_time_findings(model: Model, cure: str) -> list[Finding]:
             f"follows what is wanted {model.dead_time:.3g} s behind.",
         )
     ]
+
+
+def seconds_ahead(text: str) -> float | None:
+    """Return a typed --ahead in seconds; None for auto."""
+    if text == "auto":
+        return None
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not 0.0 <= seconds < math.inf:
+        raise ParameterError(
+            f"--ahead {text!r:.40} is neither auto nor a time of 0 s or more; it is how long before its time the "
+            f"reference is known, such as --ahead 0.08."
+        )
+    return seconds
 
 
 def verdict_findings(model: Model, named: str, forbid: str = "") -> list[Finding]:

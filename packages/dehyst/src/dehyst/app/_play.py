@@ -4,13 +4,20 @@ from __future__ import annotations
 
 import math
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.app._logs import dead_time_findings, given_of, log_part, outside, verdict_findings
+from dehyst.app._logs import (
+    dead_time_findings,
+    given_of,
+    log_part,
+    outside,
+    seconds_ahead,
+    verdict_findings,
+)
 from dehyst.app._policy import POLICY
 from dehyst.app._targets import BAND, place_of, refuse_existing
 from dehyst.app._terminal import ask_progress, print_findings, tell
@@ -74,7 +81,9 @@ def run_compensate(request: CompensateRequest) -> None:
     findings += outside(
         played.answer, model.card.input, "computed input", "the actuator may not be able to give it"
     )
-    findings += [*_jumps(played.answer, y, model, signal), *dead_time_findings(model, SEND)]
+    findings += _jumps(played.answer, y, model, signal)
+    played, finding_of_dead_time = _sent_ahead(request, model, played)
+    findings += finding_of_dead_time
     _write(request, signal, {_column(model.card.output): y, **played.columns}, played)
     print_findings(
         [*findings_of_verdict, *_about(signal, "reference"), *findings, *played.findings],
@@ -338,13 +347,43 @@ def _jumps(x: Array, y: Array, model: Model, signal: LogSignal) -> list[Finding]
     ]
 
 
-SEND = "send each computed value that much before its time"
+SEND = "leave --ahead 0 out, or send each computed value that much before its time"
+
+
+def _sent_ahead(
+    request: CompensateRequest, model: Model, played: _Played
+) -> tuple[_Played, list[Finding]]:
+    """Return computed values at the time when they have to be sent, and what to say about it."""
+    typed = seconds_ahead(request.ahead)
+    ahead = model.dead_time if typed is None else typed
+    if not ahead > 0.0:
+        return played, dead_time_findings(model, SEND)
+    if played.time is not None:
+        time = played.time
+    else:
+        # Without time stamps the samples are those of the log that the model is from.
+        if not model.period > 0.0:
+            raise TimeError(
+                f"--ahead {request.ahead} is a time in seconds, and '{request.log}' has no time column. Name it with "
+                f"--time, give --dt, or leave --ahead out.",
+                log=str(request.log),
+            )
+        time = model.period * np.arange(played.answer.size, dtype=np.float64)
+    columns: dict[str, Array] = {}
+    for name, values in played.columns.items():
+        columns[name] = np.asarray(np.interp(time + ahead, time, values))
+    finding = Finding(
+        "dead-time",
+        f"each computed value stands {ahead:.3g} s before the output that it is for, since the actuator answers that "
+        f"late; the last one is held. For values beside their outputs, type --ahead 0.",
+    )
+    return replace(played, columns=columns), [finding]
 
 
 def _proof(model: Model, inverse: Model, played: _Played, y: Array) -> list[Finding]:
     """Run the model on the computed input: it must give the reference back, from the first sample on.
 
-    Without its dead time, which no inverse undoes: `dead_time_findings` say what to do.
+    Without its dead time, which no inverse undoes: values are sent ahead instead.
     """
     model = model.prompt
     # Some families have no exact inverse, so that no error can be called too large.

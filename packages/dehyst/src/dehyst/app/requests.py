@@ -100,6 +100,12 @@ class IdentifyRequest(LogsRequest):
         "At most so many numbers (weights, points of maps), for a small target; auto and rows of elements.",
         metavar="N",
     )
+    ahead: str = option(
+        "How long before its time the reference is known, for a dead time: auto takes all that the log shows into the "
+        "model, 0 nothing [s].",
+        "auto",
+        metavar="auto|SECONDS",
+    )
     processor: str | None = option(
         "cortex-m4f or cortex-m7: the best model whose compensator keeps its period there."
     )
@@ -173,6 +179,12 @@ class CompensateRequest(SimulateRequest):
     log: Path = argument("File with the motion the actuator should make.", metavar="reference")
     column: str | None = option(
         "Column of the wanted output; by default the model's.", flag="--output"
+    )
+    ahead: str = option(
+        "How long before its time each value is written: auto, the dead time of the model; 0 at the time of the "
+        "output that it is for [s].",
+        "auto",
+        metavar="auto|SECONDS",
     )
 
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from dehyst.families._inversion import first_input as first_input
     from dehyst.families._lateness import Lateness as Lateness
     from dehyst.families._lateness import lateness as lateness
+    from dehyst.families._lateness import nearer as nearer
     from dehyst.families._registry import MODULES as MODULES
     from dehyst.families._registry import ROW_NAMES as ROW_NAMES
     from dehyst.families._registry import Family as Family
@@ -40,7 +41,7 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_dahl": "Dahl",
         "_element_machine": "ElementBlockParameters",
         "_inversion": "first_input",
-        "_lateness": "Lateness lateness",
+        "_lateness": "Lateness lateness nearer",
         "_registry": "Family MODULES ROW_NAMES example family is_family names title_of",
         "_rows": "best_row",
         "_table": "ROWS",

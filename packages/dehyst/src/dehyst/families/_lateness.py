@@ -42,7 +42,7 @@ def lateness(training: Training, chosen: ScoredSum, turns: int) -> Lateness | No
 
     Moving the output by d samples changes the squared error of a fit by :math:`2 d \sum e_k y_k'` to first order,
     without any new fit, since its weights are at their optimum. Only where a shift by a hundredth of a stroke promises
-    10 % are sums fitted to shifted signals: with steps that double as long as the score falls, then halved.
+    10 % are sums fitted to shifted signals.
 
     Parameters
     ----------
@@ -59,7 +59,47 @@ def lateness(training: Training, chosen: ScoredSum, turns: int) -> Lateness | No
     promise = _promised(training, chosen, first)
     if abs(promise) < POLICY.promised_error:
         return None
-    scores = {0: _score(training, chosen, 0)}
+    late = _best_shift(training, chosen, turns, first if promise > 0.0 else -first)
+    share = POLICY.late_error if late.samples > 0 else POLICY.early_error
+    if abs(late.samples) < POLICY.least_shift or not late.shifted < share * late.without:
+        return None
+    return late
+
+
+def nearer(training: Training, chosen: ScoredSum, turns: int, late: Lateness) -> Lateness:
+    """Return the shift anew for the sum that was chosen from the shifted signals; the same where that gains little.
+
+    The first shift is that of a sum which had to explain the dead time by its lags.
+
+    Parameters
+    ----------
+    training
+        The fitted part, as logged.
+    chosen
+        The sum that was chosen for it once the output was moved.
+    turns
+        Of the input within it.
+    late
+        The shift by which it was moved.
+    """
+    moved = training.late(late.samples)
+    first = max(1, round(training.samples / (turns + 1) / STEPS))
+    more = _best_shift(moved, chosen, turns, _toward_less(moved, chosen, first))
+    if more.shifted * POLICY.smaller_model > more.without or not late.samples + more.samples > 0:
+        return late
+    return Lateness(late.samples + more.samples, late.without, more.shifted)
+
+
+def _toward_less(training: Training, chosen: ScoredSum, step: int) -> int:
+    """Return a step to the side where the squared error falls."""
+    if _promised(training, chosen, step) > 0.0:
+        return step
+    return -step
+
+
+def _best_shift(training: Training, chosen: ScoredSum, turns: int, first: int) -> Lateness:
+    """Return the shift with the least score, to the side of the first step: in steps that double, then halve."""
+    scores: dict[int, float] = {}
 
     def score(shift: int) -> float:
         if shift not in scores:
@@ -67,22 +107,17 @@ def lateness(training: Training, chosen: ScoredSum, turns: int) -> Lateness | No
         return scores[shift]
 
     # Upwards in steps that double, as long as the score falls ...
-    best, step = 0, first if promise > 0.0 else -first
+    best, step = 0, first
     while abs(best + step) * FARTHEST * (turns + 1) <= training.samples:
         if not score(best + step) < score(best):
             break
         best, step = best + step, 2 * step
     # ... then to either side in steps that are halved, down to one sample.
-    while best:
-        step = int(step / 2) or 1
+    while abs(step) > 1:
+        step = int(step / 2)
         near = min((best - step, best + step), key=score)
         if score(near) < score(best):
             best = near
-        elif step == 1:
-            break
-    share = POLICY.late_error if best > 0 else POLICY.early_error
-    if abs(best) < POLICY.least_shift or not score(best) < share * score(0):
-        return None
     return Lateness(best, score(0), score(best))
 
 

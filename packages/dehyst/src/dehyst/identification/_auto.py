@@ -11,7 +11,16 @@ import numpy.typing as npt
 
 from dehyst.data import Recording, counted_once, require_recordings
 from dehyst.errors import DehystError, ParameterError
-from dehyst.families import ROW_NAMES, Chosen, Lateness, best_row, is_family, lateness
+from dehyst.families import (
+    ROW_NAMES,
+    Chosen,
+    Lateness,
+    Training,
+    best_row,
+    is_family,
+    lateness,
+    nearer,
+)
 from dehyst.families import kit as families_kit
 from dehyst.families import names as names_of_literature
 from dehyst.identification._candidates.direct import Direct, compare_forward
@@ -40,6 +49,7 @@ PLAYS_SETTINGS = ("n", "eps", "thresholds", "initial_state", "weights", "shear",
 DIRECT_SETTINGS = tuple(setting.name for setting in fields(Direct))
 PURPOSES = ("compensate", "simulate")
 LEAST_SIZE = 3  # numbers: an offset, a slope, and one play
+ROUNDED = 1e-6  # of a sample: a time that was typed as a multiple of the period is one
 PERCENT = 50.0  # of the range, for an error scaled to -1..1
 
 
@@ -51,6 +61,7 @@ def identify(
     train_fraction: float | None = None,
     seed: int = 0,
     size: int | None = None,
+    ahead: float | None = None,
     **settings: Any,
 ) -> Fit:
     r"""Identify a model from one recording or several: by default the best there is for this log.
@@ -79,6 +90,10 @@ def identify(
         At most so many numbers (weights, points of maps, the offset), for a small target: for "auto" and rows of
         elements. The model of so many that errs least is taken. A curve without memory, where the log shows none, is
         not counted. None, the default: as many as pay off.
+    ahead
+        How long before its time the reference is known: so much of a dead time may be in the model, as
+        `Model.dead_time`, and its compensator is then to be sent that much earlier (`Model.ahead`). None, the default,
+        as long as the log shows; 0 for a controller that hears of the reference when it is due. For "auto". [s]
     **settings
         Those of plays, below, and of "direct-inverse": the attributes of `dehyst.identification.Direct`. "auto" with
         one of plays that is not the usual one chooses among plays only.
@@ -172,6 +187,8 @@ def identify(
             changed[name] = value
     if size is not None:
         _check_size(size, family, changed)
+    if ahead is not None:
+        _check_ahead(ahead, family, changed)
     if family == Direct.family:
         direct = Direct(**settings)
         log = direct.prepared(check_recordings(recordings), train_fraction)
@@ -180,7 +197,8 @@ def identify(
         log = prepared(check_recordings(recordings), train_fraction)
         return with_table(log.fit(Literature(family, seed, purpose, size)))
     if family == "auto" and not changed:
-        return best_fit(prepared(check_recordings(recordings), train_fraction), purpose, size)
+        log = prepared(check_recordings(recordings), train_fraction)
+        return best_fit(log, purpose, size, np.inf if ahead is None else ahead)
     fit = with_table(fit_plays(recordings, family, train_fraction=train_fraction, **changed))
     if family != "auto":
         return fit
@@ -276,31 +294,50 @@ def _check_size(size: int, family: str, changed: Mapping[str, object]) -> None:
         )
 
 
+def _check_ahead(ahead: float, family: str, changed: Mapping[str, object]) -> None:
+    """Refuse a time that is none, or that says nothing to what is identified."""
+    if isinstance(ahead, bool) or not isinstance(ahead, (int, float)) or not ahead >= 0.0:
+        raise ParameterError(
+            f"ahead (--ahead) = {ahead!r:.40}; it is the time in seconds by which the reference is known before it is "
+            f"due: 0 or more, or leave it out.",
+            ahead=repr(ahead)[:40],
+        )
+    if family != "auto" or changed:
+        raise ParameterError(
+            f"ahead (--ahead) says how much of a dead time auto may take into the model, and "
+            f"{', '.join(changed) or family} has none. Leave it out, or leave that out.",
+            family=family,
+        )
+
+
 def _is_usual(name: str, value: object, family: str) -> bool:
     """Whether a setting is what it is without being given; the paper's eps is a number."""
     usual = None if (name, family) == ("eps", "pi") else USUAL.get(name)
     return value is None or (isinstance(value, (str, int)) and usual == value)
 
 
-def best_fit(log: Prepared, purpose: str = PURPOSES[0], size: int | None = None) -> Fit:
-    """Return the best of plays, the curve, and the rows of elements, these of at most so many numbers."""
+def best_fit(
+    log: Prepared,
+    purpose: str = PURPOSES[0],
+    size: int | None = None,
+    ahead: float = np.inf,
+) -> Fit:
+    """Return the best of plays, the curve, and the rows of elements, these of at most so many numbers.
+
+    A dead time that the log shows is in the model, of it at most `ahead` seconds.
+    """
     by_plays = plays_of("auto")
     fitted_plays = log.fit(by_plays)
     training = log.training(0)
     settings = {**by_plays.settings, **log.split.settings, "purpose": purpose}
+    if np.isfinite(ahead):
+        settings["ahead"] = ahead
     if size is not None:
         settings["size"] = size
     too_large = size is not None and fitted_plays.model.free_parameters > size
     with single_blas():
         try:
-            chosen = best_row(training, purpose != "simulate", size)
-            late = lateness(training, chosen.candidates[0], families_kit.turns_of(training))
-            # Only a model to simulate with takes the dead time in: no inverse can look ahead by itself.
-            ahead = 0
-            if late and purpose == "simulate" and training.period > 0.0:
-                ahead = late.samples
-            if ahead > 0:
-                chosen = best_row(training.late(ahead), False, size).later(ahead * training.period)
+            chosen, late, delay = _row_with_delay(training, purpose != "simulate", size, ahead)
             compared = _compared(fitted_plays, chosen)
             terms = chosen.carrying, chosen.columns
             outcome = loop_outcome(
@@ -321,16 +358,47 @@ def best_fit(log: Prepared, purpose: str = PURPOSES[0], size: int | None = None)
     )
     plays_do = _plays_do(fitted_plays, chosen, not_told_apart)
     if plays_do and (fitted_plays.family == STATIC or not too_large):
-        return _with_lateness(with_table(fitted_plays, rows), late, training.period, used=False)
-    return _with_lateness(with_table(rows, fitted_plays), late, training.period, used=ahead > 0)
+        return _with_lateness(with_table(fitted_plays, rows), late, training.period)
+    return _with_lateness(with_table(rows, fitted_plays), late, training.period, delay)
 
 
-def _with_lateness(fit: Fit, late: Lateness | None, period: float, used: bool) -> Fit:
-    """A fit that says by how much the output is late; `used` where the model knows."""
+def _row_with_delay(
+    training: Training, firm: bool, size: int | None, ahead: float
+) -> tuple[Chosen, Lateness | None, int]:
+    """Return the best row, by how much the output is late, and how many samples of it the row has as dead time."""
+    turns = families_kit.turns_of(training)
+    chosen = best_row(training, firm, size)
+    late = lateness(training, chosen.candidates[0], turns)
+    if late is None:
+        return chosen, None, 0
+    delay = _delay(late, training.period, ahead)
+    if delay == 0:
+        return chosen, late, 0
+    chosen = best_row(training.late(delay), firm, size)
+    if delay == late.samples:
+        # The first row had to explain the dead time by its lags; this one tells it better.
+        late = nearer(training, chosen.candidates[0], turns, late)
+        if late.samples != delay:
+            delay = _delay(late, training.period, ahead)
+            chosen = best_row(training.late(delay), firm, size)
+    return chosen.later(delay * training.period), late, delay
+
+
+def _delay(late: Lateness, period: float, ahead: float) -> int:
+    """Return the dead time of the model in samples: what the log shows, as far as the reference is known ahead."""
+    if not period > 0.0:
+        return 0
+    known = np.floor(ahead / period + ROUNDED)
+    return int(max(0.0, min(float(late.samples), known)))
+
+
+def _with_lateness(fit: Fit, late: Lateness | None, period: float, delay: int = 0) -> Fit:
+    """A fit that says by how much the output is late; the model has `delay` samples of it."""
     if late is None:
         return fit
-    time, unit = (late.samples * period, "s") if period > 0.0 else (float(late.samples), "samples")
-    finding = lateness_finding(time, unit, (PERCENT * late.without, PERCENT * late.shifted), used)
+    step, unit = (period, "s") if period > 0.0 else (1.0, "samples")
+    percent = PERCENT * late.without, PERCENT * late.shifted
+    finding = lateness_finding(step * late.samples, unit, percent, step * delay)
     return replace(fit, warnings=(*fit.warnings, finding))
 
 

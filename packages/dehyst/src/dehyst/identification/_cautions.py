@@ -457,14 +457,11 @@ def _levels(data: DataSet, start: str) -> Iterator[Finding]:
         )
 
 
-def late(time: float, unit: str, percent: tuple[float, float], used: bool) -> Finding:
+def late(time: float, unit: str, percent: tuple[float, float], taken: float) -> Finding:
     """What to say where one column is late: by how much, what sums err as logged and shifted, percent of range.
 
-    `used`: the model knows it.
+    `taken`: so much of it the model has as its dead time, in the same unit.
     """
-    size = f"{float(f'{abs(time):.2g}'):g} {unit}"
-    if unit == "s" and abs(time) < 1.0:
-        size = f"{float(f'{1000.0 * abs(time):.2g}'):g} ms"
     shifted = (
         f"with it shifted by that the model misses blocks left out by {percent[1]:.2g} % of range, as logged by "
         f"{percent[0]:.2g} %"
@@ -472,26 +469,30 @@ def late(time: float, unit: str, percent: tuple[float, float], used: bool) -> Fi
     if time < 0.0:
         return Finding(
             "output-early",
-            f"the output column is about {size} early: {shifted}. No actuator answers before it is asked, so the input "
-            f"was logged late, by a filter, a bus or another clock. Log both by one clock and unfiltered, or move the "
-            f"input column ahead by that time and identify again.",
+            f"the output column is about {_span(-time, unit)} early: {shifted}. No actuator answers before it is "
+            f"asked, so the input was logged late, by a filter, a bus or another clock. Log both by one clock and "
+            f"unfiltered, or move the input column ahead by that time and identify again.",
         )
-    if used:
+    cure = "If the logging does it, log both by one clock and unfiltered, or move the column."
+    if taken > 0.0:
+        part = "" if taken >= time else f" {_span(taken, unit)} of"
         cure = (
-            "The model knows it; its inverse says which input belongs to an output: give it the reference that much "
-            "ahead."
-        )
-    else:
-        cure = (
-            "If the logging does it, log both by one clock and unfiltered, or move the column. If the actuator does, "
-            "identify with --for simulate, which takes the dead time into the model, and then give its inverse the "
-            "reference that much ahead. Do both: the reference ahead of this model may make it worse."
+            f"The model has{part} it as its dead time: `dehyst compensate` sends each value that much before its time, "
+            f"and an exported compensator wants its reference that much ahead. If the reference is not known ahead, or "
+            f"a sensor is late and not the actuator, identify with --ahead 0."
         )
     return Finding(
         "output-late",
-        f"the output column is about {size} late: {shifted}. A dead time (transport, a bus, two clocks) does "
-        f"that, and a lag of a sensor or a filter; the log does not tell which. {cure}",
+        f"the output column is about {_span(time, unit)} late: {shifted}. A dead time (transport, a bus, two clocks) "
+        f"does that, and a lag of a sensor or a filter; the log does not tell which. {cure}",
     )
+
+
+def _span(time: float, unit: str) -> str:
+    """A time in two digits, with its unit."""
+    if unit == "s" and time < 1.0:
+        return f"{float(f'{1000.0 * time:.2g}'):g} ms"
+    return f"{float(f'{time:.2g}'):g} {unit}"
 
 
 def plays_only(cause: str, cure: str) -> Finding:
