@@ -466,6 +466,7 @@ def test_computed_values_are_sent_earlier_by_the_dead_time(run, tmp_path):
         tmp_path / "unit",
     )[1]
     assert "give the unit the reference that much ahead" in " ".join(out.split())
+    assert "wants its input 0.1 s ahead" in (tmp_path / "unit" / "README.md").read_text()
 
 
 def test_units_are_converted_and_said(run, folder, tmp_path):
