@@ -151,6 +151,7 @@ def trial_run(
     rng = np.random.default_rng([seed, TRIALS.index(trial), PLANTS.index(plant)])
     integrator = trial != "slow_no_integrator"
     angle, torques, comp = desired.copy(), np.zeros_like(desired), np.zeros_like(desired)
+    missing = np.zeros_like(desired)
     acceleration = np.gradient(np.gradient(desired, t, axis=0), t, axis=0)
     for j in (0, 1, 3, 5, 6):
         scale = SIZE[plant] * (1 + 0.05 * rng.standard_normal())
@@ -170,6 +171,7 @@ def trial_run(
         noise = 2e-5 * rng.standard_normal(len(t))
         angle[:, j] = desired[:, j] - _filtered(left, sample * factor, integrator) - noise
         torques[:, j] = left if integrator else 0.0
+        missing[:, j] = -left
         comp[:, j] = (loss - left) / 35.0 * 1e5 if on else 0.0
     places = np.linspace(0, one - 1, 120).astype(int)
     frames = frames_of(angle[places])
@@ -181,6 +183,7 @@ def trial_run(
         desired=desired,
         angle=angle,
         integrator=torques,
+        torque_error=missing,
         pressure_difference=comp + 1e5 * desired,
         compensation=comp,
         pressure=np.full((len(t), 7, 2), 3e5),

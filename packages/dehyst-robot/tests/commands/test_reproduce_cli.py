@@ -16,6 +16,7 @@ from dehyst.errors import OutputError
 from dehyst_robot.arm import load_robot
 from dehyst_robot.commands._reproduce import QUICK
 from dehyst_robot.experiments import PlantResult, Reproduction
+from dehyst_robot.experiments.kit import RECIPES
 from dehyst_robot.report import WHY
 from places import ROOT
 
@@ -252,7 +253,11 @@ def refused(tmp_path, monkeypatch, capsys):
         ("--plant preisach,", "maxwell-slip, preisach, dahl, braid, lugre, pinched, ageing, none"),
         ("--joint 3", "1, 2, 4"),
         ("--joint one", "a number or all"),
-        ("--compensator nothing", "paper, literal, scaled"),
+        ("--compensator nothing", "paper, literal, printed, scaled"),
+        ("--as-printed --compensator paper", "Leave --compensator out"),
+        ("--as-printed --joint 1,2", "Leave --joint out; or leave --as-printed out"),
+        ("--as-printed --joint all", "Leave --joint out"),
+        ("--as-printed --controller pid", "Leave --controller out"),
         ("--seed -1", "whole numbers from 0"),
         ("--seed 99999999999999999999", "whole numbers from 0"),
         ("--seed x", "integer"),
@@ -311,6 +316,53 @@ def test_the_conditions_of_the_packaged_arm_are_chosen_by_name(tmp_path):
     )  # where nothing is said
     line = command._line(ReproduceRequest(quick=True, conditions="kind", out=tmp_path))
     assert "--conditions kind" in line
+
+
+def test_as_printed_is_the_printed_model_in_joint_1_at_3_bar(tmp_path):
+    from dehyst_robot.commands import ReproduceRequest
+
+    request = ReproduceRequest(quick=True, as_printed=True, out=tmp_path)
+    asked = command._experiment(request)
+    assert asked.joints == (1,) and asked.compensators == ("printed",)
+    assert asked.controllers == ("paper",)
+    assert not asked.studies
+    robot = command._robot(request)
+    assert robot.controller.mean_pressure == 3e5
+    # The local calibration needs a sweep there without load, which --quick alone leaves out.
+    assert 3.0 in robot.values["calibration"]["mean_pressures_bar"]
+    assert 0.0 in robot.values["calibration"]["loads_bar"]
+    assert "dehyst reproduce --quick --as-printed" in command._line(request)
+    changes = RECIPES["printed"].changes
+    assert changes["compensator.shear_bar_rad"] == 1.0
+    assert changes["compensator.operators"] == 100 and changes["compensator.eps"] == 0.001
+
+
+def test_what_as_printed_sets_anyway_may_be_typed(tmp_path):
+    from dehyst_robot.commands import ReproduceRequest
+
+    command._refuse_contradictions(
+        ReproduceRequest(as_printed=True, joint="1", compensator=("printed",), out=tmp_path)
+    )
+
+
+@pytest.mark.slow
+def test_as_printed_compensates_joint_1_alone_and_draws_figures_7_and_8(
+    tmp_path, monkeypatch, capsys
+):
+    # Sweeps and loops as quick as in SHORTEST are no hysteresis alone, and the model is not accepted.
+    slower = {"calibration.sweep_s": 10.0, "identification.loop_s": 12.0}
+    monkeypatch.setattr(command, "QUICK", {**SHORTEST, **slower})
+    words = ["--quick", "--as-printed", "--out", tmp_path / "out", "--figures", tmp_path / "drawn"]
+    status, out, _ = dehyst_reproduce(monkeypatch, capsys, *words)
+    assert status == 0 and "'printed'" in out
+    drawn = {path.name for path in (tmp_path / "drawn").iterdir()}
+    assert {"preisach-figure-7-trials.svg", "preisach-figure-8-tool.svg"} <= drawn
+    log = tmp_path / "out" / "logs" / "preisach" / "seed0" / "fast_printed.csv"
+    table = np.genfromtxt(log, delimiter=",", names=True)
+    for joint in (1, 2, 4):
+        assert np.ptp(table[f"joint{joint}_angle_deg"]) > 1.0
+        assert table[f"joint{joint}_torque_error_Nm"].any()
+        assert table[f"joint{joint}_compensation_bar"].any() == (joint == 1)
 
 
 def test_an_error_that_grows_with_a_compensator_is_said_with_joint_trial_ratio_and_where_to_read_why(

@@ -190,6 +190,7 @@ def test_every_recipe_has_a_name_and_says_what_it_is():
     known = (
         "paper",
         "literal",
+        "printed",
         "scaled",
         "direct",
         "creep",

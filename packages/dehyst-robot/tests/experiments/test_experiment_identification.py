@@ -5,11 +5,14 @@ import itertools
 
 import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
 
 import dehyst
 from dehyst import cli
 from dehyst.design import UNSEEN_TIPS
+from dehyst.models import PrandtlIshlinskii
 from dehyst_robot.experiments import identify_joint
+from dehyst_robot.experiments._identification import _played
 from dehyst_robot.experiments._policy import POLICY
 from experiment_samples import PLANTS, calibrated, equipment, folder, identified, robot, trial
 
@@ -46,6 +49,25 @@ def test_the_command_line_gives_the_same_model_bit_for_bit_from_the_written_log(
     assert model.state is None and found.fit.model.state is None
     q = found.unseen["angle_rad"]
     assert np.array_equal(model.inverse().simulate(q), found.fit.model.inverse().simulate(q))
+
+
+@pytest.mark.slow
+def test_the_printed_model_has_no_offset_and_no_centre_and_solves_the_printed_problem():
+    identified(1)
+    log = folder("maxwell-slip") / "identification_joint1.csv"
+    model = _played(robot(), log, odd=True).model
+    assert abs(model.offset) < 1e-15 and abs(model.center) < 1e-15  # rounding
+    assert model.state is None  # equation (13): all zero
+    read = dehyst.read_log(log, input="sheared_bar", output="angle_rad")
+    # (12): 100 evenly spaced thresholds below the largest size of the input
+    grid = np.arange(100) / 100 * np.abs(read.input).max()
+    plays = [PrandtlIshlinskii([r], [1.0]).simulate(read.input) for r in grid]
+    solved = lsq_linear(np.column_stack(plays), read.output, ([0.001] + 99 * [0.0], np.inf))
+    places = np.round(model.thresholds / grid[1]).astype(int)
+    np.testing.assert_allclose(model.thresholds, grid[places], rtol=1e-12)
+    rest = read.output - model.simulate(read.input)
+    assert np.sum(rest**2) <= 2 * solved.cost * (1 + 1e-9)
+    assert model.weights[0] >= 0.001 and (model.weights >= 0).all()
 
 
 @pytest.mark.slow

@@ -183,7 +183,7 @@ def test_load_and_unknown_state_reach_the_run():
         ({"joint": 9}, "no joint 9"),
         ({"seed": -1}, "seed = -1"),
         ({"trials": ("quick",)}, "fast, slow, slow_no_integrator"),
-        ({"compensators": ("off", "worst")}, "paper, literal, scaled"),
+        ({"compensators": ("off", "worst")}, "paper, literal, printed"),
     ],
     ids=str,
 )

@@ -8,12 +8,23 @@ import pytest
 
 from dehyst.errors import OutputError, ParameterError, SimulationError
 from dehyst_robot.arm import Reference
-from dehyst_robot.control import FLAGS, InverseCompensator
+from dehyst_robot.control import FLAGS, SWITCHES, InverseCompensator
 from dehyst_robot.experiments import run_trial
-from dehyst_robot.experiments._calibration import refuse_failed
+from dehyst_robot.experiments._calibration import home, home_from_zero, refuse_failed
+from dehyst_robot.experiments._identification import _played
 from dehyst_robot.experiments._point import _unknown_history
 from dehyst_robot.experiments._trials import LOG_S, trial_arm
-from experiment_samples import FASTER, PLANTS, equipment, identified, path, rms, robot, trial
+from experiment_samples import (
+    FASTER,
+    PLANTS,
+    equipment,
+    folder,
+    identified,
+    path,
+    rms,
+    robot,
+    trial,
+)
 
 LIMITS = {
     "fast": 0.50,
@@ -45,6 +56,40 @@ def test_switching_the_compensator_off_is_the_same_as_having_none():
     short = robot().with_changes(FASTER)
     runs = [run_trial(short, path(), e, "slow", "off", (1,))[0] for e in (bare, equipment())]
     assert np.array_equal(runs[0].angle, runs[1].angle)
+
+
+@pytest.mark.slow
+def test_printed_states_are_zero_after_the_homing():
+    on = SWITCHES["position"] | SWITCHES["compensator"]
+    at_zero = (np.zeros((101, 1)),) * 3
+    reference = Reference.motion(0.01, at_zero, np.zeros((101, 1)), 3e5, on)
+    identified(1)
+    log = folder("maxwell-slip") / "identification_joint1.csv"
+    inverse = _played(robot(), log, odd=True).model.pruned().compensator()
+    printed = replace(equipment(), compensators={1: inverse})
+    left = []
+    for history in (home_from_zero, home):
+        arm = trial_arm(robot().with_changes(FASTER), printed, "fast", (1,))
+        history(arm, equipment().characteristics)
+        assert arm.encoder_angles[0] != 0.0
+        left.append(arm.run(reference, every_s=0.1).compensation)
+    # Plays at zero say nothing at zero; those that are centred on the angle of the homing do.
+    assert not left[0].any() and left[1].any()
+
+
+@pytest.mark.slow
+def test_the_torque_error_is_what_is_left_to_the_feedback():
+    known = equipment().controllers[1]
+    for compensator in ("off", "paper"):
+        run = trial("slow_no_integrator", compensator)
+        error = run.error[:, 0]
+        rate = np.gradient(error, run.time)
+        feedback = 3 * known.inertia * known.pole * (rate + known.pole * error)
+        # They differ by the noise of the sensors. [Nm]
+        assert np.std(run.torque_error[:, 0] + feedback) < 0.2
+    off, on = trial("slow", "off"), trial("slow", "paper")
+    assert np.std(on.torque_error[:, 0]) < 0.5 * np.std(off.torque_error[:, 0])
+    assert not off.torque_error[:, 1:].any()  # the other joints are locked
 
 
 def test_columns_of_a_run_belong_together():

@@ -63,6 +63,13 @@ def test_all_figures_of_the_paper_are_there_for_every_plant(page):
     assert all(a["role"] == "img" and len(a["aria-label"]) > 15 for a in pictures)
 
 
+def test_figure_7_shows_position_and_torque_error_of_every_trial(page):
+    labels = [a["aria-label"] for tag, a in read(page).elements if tag == "svg"]
+    shown = [label for label in labels if "error, torque error and integrator" in label]
+    assert len(shown) == 2 * 3  # plants, trials
+    assert "less what the measured pressures give" in read(page).text
+
+
 def test_the_first_plant_is_open_the_others_closed(page):
     plants = [a for tag, a in read(page).elements if tag == "details" and a.get("class") == "part"]
     assert [("open" in a) for a in plants] == [True, False]

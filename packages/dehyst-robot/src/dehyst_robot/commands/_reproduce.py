@@ -48,9 +48,17 @@ QUICK: dict[str, object] = {
 }
 """What ``--quick`` changes where the user's file does not: less of everything, nothing of the plant."""
 
+# What else may be typed with --as-printed: what it sets anyway.
+AS_PRINTED: dict[str, tuple[object, ...]] = {
+    "compensator": ((), ("printed",)),
+    "joint": (None, "1"),
+    "controller": (control_kit.PAPER,),
+}
+
 
 def run_reproduce(request: ReproduceRequest) -> None:
     """Run, write everything, print what came out."""
+    _refuse_contradictions(request)
     page = request.out / "report.html"
     figures_files = [request.out / "figures.json"]
     if request.json is not None:
@@ -88,6 +96,24 @@ def run_reproduce(request: ReproduceRequest) -> None:
     tell(f"\nOpen {page} in a browser; logs and figures.json lie beside it.")
 
 
+def _refuse_contradictions(request: ReproduceRequest) -> None:
+    """Refuse options that ask for something else than ``--as-printed`` does."""
+    if not request.as_printed:
+        return
+    for name, allowed in AS_PRINTED.items():
+        value = getattr(request, name)
+        if value in allowed:
+            continue
+        if isinstance(value, tuple):
+            value = ",".join(value)
+        raise ParameterError(
+            f"--as-printed is the paper's controller with the compensator 'printed' in joint 1 alone, and "
+            f"--{name} {value} asks for something else. Leave --{name} out; or leave --as-printed out and type what "
+            f"you want of it, as in --compensator printed --joint 2.",
+            option=name,
+        )
+
+
 def _robot(request: ReproduceRequest) -> Robot:
     robot = load_robot(request.robot, conditions=request.conditions)
     changes = {}
@@ -97,7 +123,20 @@ def _robot(request: ReproduceRequest) -> Robot:
         changes = {key: value for key, value in QUICK.items() if key not in asked}
     if request.cycles is not None:
         changes |= {"path.cycles_fast": request.cycles, "path.cycles_slow": request.cycles}
-    return robot.with_changes(changes)
+    robot = robot.with_changes(changes)
+    if request.as_printed:
+        robot = robot.with_changes(_at_three_bar(robot))
+    return robot
+
+
+def _at_three_bar(robot: Robot) -> dict[str, object]:
+    """The mean pressure of the paper's local calibration, and besides the file's own sweeps one there without load."""
+    calibration = robot.values["calibration"]
+    return {
+        "controller.mean_pressure_bar": 3.0,
+        "calibration.mean_pressures_bar": sorted({*calibration["mean_pressures_bar"], 3.0}),
+        "calibration.loads_bar": sorted({*calibration["loads_bar"], 0.0}),
+    }
 
 
 def _experiment(request: ReproduceRequest) -> Request:
@@ -107,8 +146,11 @@ def _experiment(request: ReproduceRequest) -> Request:
     elif request.plant not in (None, "all"):
         plants = tuple(str(request.plant).split(","))
     joints: tuple[int, ...] = ()
-    if request.joint != "all":
-        joints = tuple(map(_number, request.joint.split(",")))
+    if request.joint not in (None, "all"):
+        joints = tuple(map(_number, str(request.joint).split(",")))
+    compensators = _words(request.compensator or ("paper",))
+    if request.as_printed:
+        joints, compensators = (1,), ("printed",)
     # Three seeds show how much of a figure is chance.
     seeds: tuple[int, ...] = (0, 1, 2)
     if request.quick or request.seed is not None:
@@ -116,9 +158,9 @@ def _experiment(request: ReproduceRequest) -> Request:
     return Request(
         plants,
         joints,
-        _words(request.compensator),
+        compensators,
         seeds,
-        studies=not request.quick,
+        studies=not request.quick and not request.as_printed,
         controllers=_words([request.controller]),
         reference=request.reference,
     )
@@ -140,7 +182,11 @@ def _number(word: str) -> int:
 
 def _line(request: ReproduceRequest) -> str:
     """The command of the page; of a path from the root only its end: a page that is passed on tells no more."""
-    typed: dict[str, object] = {"quick": request.quick, "plant": request.plant}
+    typed: dict[str, object] = {
+        "quick": request.quick,
+        "as_printed": request.as_printed,
+        "plant": request.plant,
+    }
     for option in (
         "joint",
         "compensator",
@@ -157,8 +203,8 @@ def _line(request: ReproduceRequest) -> str:
         if isinstance(value, Path) and value.is_absolute():
             # A path may hold the name of a person or of a customer.
             value = value.name
-        # "all" is what runs without the option.
-        if value == "all":
+        # Nothing is typed for what runs without the option.
+        if value in ("all", ""):
             value = None
         typed[option] = value
     typed["controller"] = None

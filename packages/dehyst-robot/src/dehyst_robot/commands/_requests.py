@@ -16,12 +16,19 @@ class ReproduceRequest:
     plant: str | None = option(
         "all, maxwell-slip, preisach, dahl, braid, lugre, pinched, ageing or none; several as preisach,none."
     )
-    joint: str = option(
-        "Joint that is compensated, 1, 2 or 4 of the packaged arm, or all; several as 1,2.", "all"
+    as_printed: bool = option(
+        "The paper to the letter, as far as it is printed: compensator printed in joint 1 alone, 3 bar, no studies. "
+        "Not to the letter: anti-windup (its schedule is not printed) and the derivative of the desired pressure, "
+        "which leaves out the feedback's part.",
+        False,
+    )
+    joint: str | None = option(
+        "Joint that is compensated, 1, 2 or 4 of the packaged arm; several as 1,2; all without it."
     )
     compensator: tuple[str, ...] = option(
-        "paper, literal, scaled, direct, creep, scheduled, adaptive, ilc, maxwell-slip or best; several as paper,best.",
-        ("paper",),
+        "paper, literal, printed, scaled, direct, creep, scheduled, adaptive, ilc, maxwell-slip or best; several as "
+        "paper,best; paper without it.",
+        (),
     )
     controller: str = option(
         "paper, vo-minh, sliding-mode, one-valve or pid; several as paper,pid: the report is about the first.",

@@ -271,12 +271,23 @@ def home(arm: Arm, characteristics: Mapping[int, Characteristic]) -> ArmLog:
     return _homed(arm, characteristics, 0)
 
 
+def home_from_zero(arm: Arm, characteristics: Mapping[int, Characteristic]) -> ArmLog:
+    """Home, and leave the states of the compensators at zero, equation (13), wherever the homing ended."""
+    return _homed(arm, characteristics, 0, forget=False)
+
+
 def home_and_learn(arm: Arm, characteristics: Mapping[int, Characteristic]) -> ArmLog:
     """Home while direct inverses learn what their actuators have become: the cycles excite every term."""
     return _homed(arm, characteristics, SWITCHES["adapt"])
 
 
-def _homed(arm: Arm, characteristics: Mapping[int, Characteristic], switches: int) -> ArmLog:
+def _homed(
+    arm: Arm,
+    characteristics: Mapping[int, Characteristic],
+    switches: int,
+    *,
+    forget: bool = True,
+) -> ArmLog:
     homing = arm.robot.homing
     cycle = decaying_cycles(homing.cycles, homing.decay, homing.period, SPACING).value
     cycle = np.concatenate([cycle, np.zeros(round(QUIET_S / SPACING))])
@@ -294,7 +305,8 @@ def _homed(arm: Arm, characteristics: Mapping[int, Characteristic], switches: in
         if cause is None:
             raise
         raise SimulationError(f"the homing failed: {cause}", **fault.facts) from fault
-    arm.forget()
+    if forget:
+        arm.forget()
     return log
 
 

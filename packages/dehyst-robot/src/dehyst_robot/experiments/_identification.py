@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from dehyst.arrays import Array
+from dehyst.data import Recording
 from dehyst.design import UNSEEN_TIPS, loops
 from dehyst.errors import ParameterError
 from dehyst.identification import Fit, identify
@@ -244,7 +245,14 @@ def identify_compensators(
             rig = _Rig(used, number, characteristic, seed, mechanisms)
             logs[suffix] = _logged(rig, chosen.log, folder, suffix)
         # Recipes that ask the same of the same log share the fit.
-        same = suffix, chosen.family, chosen.time_constants, chosen.schedules, chosen.stops_only
+        same = (
+            suffix,
+            chosen.family,
+            chosen.time_constants,
+            chosen.schedules,
+            chosen.stops_only,
+            chosen.odd,
+        )
         if same not in fitted:
             fitted[same] = _identified(used, number, chosen, characteristic, logs[suffix])
         identifications[name] = fitted[same]
@@ -349,7 +357,7 @@ def _identified(
         torque = log.fitted[TORQUE]
         direct = unsheared(fit.model, stiffness, float(torque.min()), float(torque.max()))
     else:
-        fit = _played(robot, log.files[0])
+        fit = _played(robot, log.files[0], odd=chosen.odd)
 
     def says(columns: Mapping[str, Array]) -> Array:
         q = columns[OUTPUT]
@@ -385,13 +393,28 @@ def _identified(
     )
 
 
-def _played(robot: Robot, file: Path) -> Fit:
+def _played(robot: Robot, file: Path, *, odd: bool = False) -> Fit:
     """The paper's model of the whole log, which other loops test; it is sheared by the k of the robot's file."""
     settings = robot.compensator
-    recording = read_log(file, input=INPUT, output=OUTPUT, time=TIME)
+    recordings = [read_log(file, input=INPUT, output=OUTPUT, time=TIME)]
+    start = "auto"
+    if odd:
+        # A sum of plays from zero is odd: the mirrored log has the same errors. Centre and offset of both logs together
+        # are zero, the thresholds go up to max|x|, and what is minimised is twice (14).
+        recordings.append(_mirrored(recordings[0]))
+        start = "zero"
     return identify(
-        recording, family="pi", n=settings.operators, eps=settings.eps, train_fraction=1.0
+        recordings,
+        family="pi",
+        n=settings.operators,
+        eps=settings.eps,
+        initial_state=start,
+        train_fraction=1.0,
     )
+
+
+def _mirrored(recording: Recording) -> Recording:
+    return replace(recording, input=-recording.input, output=-recording.output)
 
 
 def _hysteresis(columns: Mapping[str, Array]) -> Array:

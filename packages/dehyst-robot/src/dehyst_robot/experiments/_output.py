@@ -186,6 +186,7 @@ def trial_columns(run: TrialRun) -> Mapping[str, Array]:
         columns[f"{joint}_pressure_difference_desired_bar"] = difference
         columns[f"{joint}_compensation_bar"] = run.compensation[:, i] / BAR
         columns[f"{joint}_integrator_Nm"] = run.integrator[:, i]
+        columns[f"{joint}_torque_error_Nm"] = run.torque_error[:, i]
         # A locked joint has no observer.
         if not run.scale[:, i].any():
             continue

@@ -17,7 +17,13 @@ from dehyst.models import HysteresisModel
 from dehyst_robot.arm import Arm, Robot, load_robot
 from dehyst_robot.control import RampedCompensator
 from dehyst_robot.control import kit as control_kit
-from dehyst_robot.experiments._calibration import SPACING, calibrate, excite, home
+from dehyst_robot.experiments._calibration import (
+    SPACING,
+    calibrate,
+    excite,
+    home,
+    home_from_zero,
+)
 from dehyst_robot.experiments._equipment import (
     Equipment,
     backbones_of,
@@ -115,6 +121,8 @@ def evaluate_point(
         history = _HISTORIES[settings["initial_state"]]
         if chosen.direct and history is _unknown_history:
             history = _unseen_history
+        if chosen.odd and history is home:
+            history = home_from_zero
         equipment = replace(equipment, loads={joint: settings["load_Nm"]}, history=history)
         if settings["identified_on"] != "here":
             equipment = replace(equipment, known=known_robot)

@@ -44,6 +44,9 @@ class Recipe:
         Repetitions of the path from which a torque along the path is learned.
     stops_only
         A direct inverse of stop operators alone: the Maxwell-slip model of Vo-Minh et al. in torque over the angle.
+    odd
+        The paper's model has neither offset nor centre, H[-x] = -H[x], and its states are zero at the start, of the log
+        and of a trial: equations (2) and (13) as they are printed.
     """
 
     summary: str
@@ -56,6 +59,7 @@ class Recipe:
     adaptive: bool = False
     passes: int = 0
     stops_only: bool = False
+    odd: bool = False
 
     @property
     def direct(self) -> bool:
@@ -70,11 +74,25 @@ def _direct(summary: str, log: str = "rates", **more: Any) -> Recipe:
 # With k = 1 bar/rad the first weight ends at the paper's bound, and the compensator steps by 999 bar/rad after a
 # reversal. Cross-validation of the inverse chose 5, 10 and 20 for three mechanisms (decision 27).
 STEEPER = MappingProxyType({"compensator.shear_bar_rad": 10.0})
+# What the paper says of its model, whatever the robot's file says.
+PRINTED = MappingProxyType(
+    {
+        "compensator.shear_bar_rad": 1.0,
+        "compensator.operators": 100,
+        "compensator.eps": 0.001,
+    }
+)
 RECIPES: Mapping[str, Recipe] = MappingProxyType(
     {
         "paper": Recipe("the paper's, on the calibrated characteristic A, B, C"),
         "literal": Recipe(
             "the paper read literally, on a polynomial through the loop at 3 bar", local=True
+        ),
+        "printed": Recipe(
+            "literal, its model as printed: no offset, no centre, states zero at the start",
+            changes=PRINTED,
+            local=True,
+            odd=True,
         ),
         "scaled": Recipe("the paper's with k = 10 bar/rad instead of 1", changes=STEEPER),
         "direct": _direct(

@@ -21,7 +21,7 @@ from dehyst_robot.arm import MechanismFactory, Robot, changes_from_packaged, sou
 from dehyst_robot.arm import kit as arm_kit
 from dehyst_robot.control import Compensator, Controller
 from dehyst_robot.control import kit as control_kit
-from dehyst_robot.experiments._calibration import calibrate
+from dehyst_robot.experiments._calibration import calibrate, home_from_zero
 from dehyst_robot.experiments._equipment import (
     Equipment,
     backbones_of,
@@ -341,7 +341,7 @@ def _equipment(
             models: Mapping[int, JointIdentification] = {}
             if not request.own:
                 models = identified[case, name]
-            kits[case, name] = equip(
+            kit = equip(
                 robot.with_changes(used.changes),
                 backbones[case, name],
                 models,
@@ -349,6 +349,9 @@ def _equipment(
                 request.foreign.get(case.plant),
                 adaptive=used.adaptive,
             )
+            if used.odd:
+                kit = replace(kit, history=home_from_zero)
+            kits[case, name] = kit
     return kits
 
 

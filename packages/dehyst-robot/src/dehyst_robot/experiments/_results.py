@@ -216,6 +216,9 @@ class TrialRun(Plotted):
         (T, n) angles of all n joints. [rad]
     integrator
         (T, n) torque of the position loop's integrator; zero for electric joints. [Nm]
+    torque_error
+        (T, n) torque of the inverse dynamics along the desired motion, less that of the measured pressures by
+        characteristic and compensator: what is left to the feedback; zero for electric joints. [Nm]
     pressure_difference
         (T, n) dp, desired. [Pa]
     compensation
@@ -252,6 +255,7 @@ class TrialRun(Plotted):
     desired: Array
     angle: Array
     integrator: Array
+    torque_error: Array
     pressure_difference: Array
     compensation: Array
     pressure: Array

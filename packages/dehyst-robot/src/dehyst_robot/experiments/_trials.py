@@ -160,7 +160,8 @@ def follow_path(
     spent = time.perf_counter() - begin
     homing_s = robot.homing.cycles * robot.homing.period
     simulated = homing_s + approach.duration + along_path.duration
-    run = _trial_run(arm, motion, log, trial, compensator)
+    torque_error = _torque_error(arm, along_path, equipment, log)
+    run = _trial_run(arm, motion, log, torque_error, trial, compensator)
     for text in run.warnings:
         warnings.warn(
             f"{trial} trial, compensator '{compensator}', {text}", UserWarning, stacklevel=2
@@ -324,7 +325,33 @@ def _with_extra(
     return replace(first, extra=extra[:cut]), replace(second, extra=extra[cut:])
 
 
-def _trial_run(arm: Arm, motion: Timing, log: ArmLog, trial: str, compensator: str) -> TrialRun:
+def _torque_error(arm: Arm, part: _Part, equipment: Equipment, log: ArmLog) -> Array:
+    """Torque (T, n) of the inverse dynamics along the desired motion, less that of the pressures by the model in use.
+
+    The model in use is the characteristic, and while the compensator is on the compensator besides: what neither
+    explains is left to the feedback. [Nm]
+    """
+    knots = part.spacing * np.arange(part.load.shape[0])
+    error = np.zeros_like(log.integrator)
+    for k, number in enumerate(arm.moving):
+        # An electric joint has no pressures.
+        if number not in equipment.characteristics:
+            continue
+        first, second = log.pressure[:, k, 0], log.pressure[:, k, 1]
+        # The compensator's part balances the hysteresis, and so gives no torque.
+        difference = first - second - log.compensation[:, k]
+        given = equipment.characteristics[number].torque(
+            log.measured[:, k], (first + second) / 2, difference
+        )
+        # The controller adds the torque of the joint's own inertia to the load.
+        asked = equipment.controllers[number].inertia * part.motion[2][:, k] + part.load[:, k]
+        error[:, k] = np.interp(log.time, knots, asked) - given
+    return error
+
+
+def _trial_run(
+    arm: Arm, motion: Timing, log: ArmLog, torque_error: Array, trial: str, compensator: str
+) -> TrialRun:
     """Columns of all joints from those that moved; locked ones stand at zero."""
     columns = _columns(arm.moving)
 
@@ -350,6 +377,7 @@ def _trial_run(arm: Arm, motion: Timing, log: ArmLog, trial: str, compensator: s
         desired=desired,
         angle=angle,
         integrator=full(log.integrator),
+        torque_error=full(torque_error),
         pressure_difference=full(log.pressure_difference),
         compensation=full(log.compensation),
         pressure=full(log.pressure),

@@ -45,12 +45,13 @@ def trial_drawings(
         return []
     # The bands are the same in all trials: the first one explains them.
     words = _band_words(_first_run(next(iter(pairs.values()))))
-    panels = [_three_rows(plant, joint, trial, pair) for trial, pair in pairs.items()]
+    panels = [_four_rows(plant, joint, trial, pair) for trial, pair in pairs.items()]
     figures = [
         PageFigure(
             "trials",
-            "Trials: angle, error and integrator",
-            f"Joint {joint}, first cycle. {words} Every panel has its own scale. "
+            "Trials: angle, errors and integrator",
+            f"Joint {joint}, first cycle. {words} Every panel has its own scale. Torque error: what the inverse "
+            f"dynamics ask, less what the measured pressures give by characteristic and compensator. "
             f"{_integrator_words(pairs, joint)}",
             tuple(panels),
             columns=3,
@@ -145,14 +146,12 @@ def _bands(pair: Pair) -> list[tuple[float, float]]:
     return list(zip(t[starts[shown]].tolist(), t[ends[shown]].tolist(), strict=True))
 
 
-def _three_rows(plant: PlantResult, joint: int, trial: str, pair: Pair) -> Panel:
+def _four_rows(plant: PlantResult, joint: int, trial: str, pair: Pair) -> Panel:
     j = joint - 1
     run = _first_run(pair)
     t, angle = run.time[first_cycle(run)], np.rad2deg(run.desired[first_cycle(run), j])
     desired = PanelLine(t, angle, report_kit.INK, "desired", 1.15)
-    alt = (
-        f"Trial {trial_name(trial)}, joint {joint}: desired angle, error and integrator over time."
-    )
+    alt = f"Trial {trial_name(trial)}, joint {joint}: desired angle, error, torque error and integrator over time."
     # With the integrator off its panel says so, and shows no noise about zero.
     idle = True
     for side, (_, label) in zip(pair, SIDES, strict=True):
@@ -168,9 +167,10 @@ def _three_rows(plant: PlantResult, joint: int, trial: str, pair: Pair) -> Panel
     rows = (
         chart(TIME, "q_d [°]", [desired], bands=_bands(pair)),
         _rows(pair, "error [°]", partial(_error_deg, joint)),
+        _rows(pair, "torque error [Nm]", lambda side: side.torque_error[:, j]),
         integrator,
     )
-    return Panel(trial_name(trial).capitalize(), rows, alt, (0.95, 1.65, 1.3))
+    return Panel(trial_name(trial).capitalize(), rows, alt, (0.95, 1.65, 1.3, 1.3))
 
 
 def _switched_off(t: Array, pair: Pair) -> Draw:
