@@ -660,8 +660,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         "dead-time": (
             "The model has a dead time of the actuator: each computed value stands that much before the output that "
             "it is for, and an exported compensator wants its reference that much ahead.",
-            "Nothing, where the reference is known ahead; else identify with `--ahead 0`. `dehyst compensate --ahead 0` "
-            "leaves values beside their outputs.",
+            "Nothing, where the reference is known ahead; else identify with `--ahead 0`. `dehyst compensate --ahead "
+            "0` leaves values beside their outputs.",
         ),
         "memory-unknown": (
             "With `--unknown-state` nothing is assumed of the past, or for models without a bound that it was between "

@@ -14,6 +14,8 @@ from dehyst.errors import ExcitationError, ParameterError
 from dehyst.families import UNSCALED, Family, LoopModel, Scaling
 from dehyst.families import _registry as registry
 from dehyst.identification import _comparison as comparison
+from dehyst.identification import _prepared as prepared_logs
+from dehyst.identification import _scores as scores
 from dehyst.identification import all_names
 from dehyst.io import example_recording
 from dehyst.models import ModelCard, PrandtlIshlinskii
@@ -88,6 +90,27 @@ def test_a_row_says_what_a_separate_scoring_of_its_predictions_says(found, laggi
 
 
 @pytest.mark.exhaustive
+def test_the_curve_is_fitted_and_scored_once_for_all_families(lagging, monkeypatch):
+    made = []
+    for module, name in ((scores, "_baseline"), (prepared_logs, "best_curve")):
+        monkeypatch.setattr(module, name, counted(getattr(module, name), made))
+    table = compare(lagging, ["pi", "stop", "static", "play-sum", "dahl"])
+    assert sorted(made) == ["_baseline", "best_curve"]
+    curve = identify(lagging, "pi").static_test
+    for entry in table.entries:
+        assert entry.fit.static_test == curve
+
+
+def counted(function, names):
+    """The function, which notes its name at each call."""
+
+    def noting(*arguments):
+        names.append(function.__name__)
+        return function(*arguments)
+
+    return noting
+
+
 def test_no_family_sees_the_held_out_samples(lagging):
     """Other values there change no model, so no prediction of the fitted part."""
     half = len(lagging) // 2

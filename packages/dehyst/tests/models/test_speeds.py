@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import dehyst
+from dehyst.data import POLICY as POLICY_OF_LOGS
 from dehyst.data import top_speed
+from dehyst.data._speeds import _passes
 from dehyst.models._policy import POLICY
 from dehyst.models._speed import faster_than_log
 
@@ -114,3 +116,13 @@ def test_every_way_to_identify_keeps_the_speed():
         assert fit.model.card.provenance["fitted_speed"]["input"] == pytest.approx(0.3, rel=0.3)
     without = dehyst.identify(dehyst.Recording(input=x, output=y), "pi", n=5)
     assert "fitted_speed" not in without.model.card.provenance
+
+
+def test_whether_the_fastest_samples_pass_a_chord_is_what_the_quantile_of_their_ways_says():
+    rng = np.random.default_rng(3)
+    for size in (2, 3, 200, 201, 401, 1000):
+        # Few levels, so that many ways are equal, and chords at, between and beside them.
+        ways = rng.integers(0, 4, size).astype(float)
+        for chord in np.linspace(-0.5, 3.5, 17).tolist():
+            by_quantile = float(np.quantile(ways, 1.0 - POLICY_OF_LOGS.moving)) >= chord
+            assert _passes(ways, chord) is by_quantile

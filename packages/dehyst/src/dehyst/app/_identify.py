@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from dehyst.app._logs import named_columns, read_logs, seconds_ahead, signals_of
-from dehyst.app._processor import StepCost, fit_for, refuse_processor
 from dehyst.app._targets import (
     MODEL,
     PAGE,
@@ -31,6 +30,9 @@ from dehyst.findings import Grade
 from dehyst.identification import Fit, Score, identify, past_in_words
 from dehyst.shell import command
 
+if TYPE_CHECKING:
+    from dehyst.app._processor import StepCost
+
 DIRECT = "direct-inverse"
 # A cause of what is left is named where it explains more than this share of it, and more than this percent of range.
 MUCH, FELT = 0.3, 0.5
@@ -47,7 +49,11 @@ def run_identify(request: IdentifyRequest) -> None:
     if request.figures is not None:
         refuse_unwritable(request.figures, folder=True)
     _refuse_options(request)
-    refuse_processor(request.processor, request.period)
+    if request.processor is not None or request.period is not None:
+        # What counts instructions loads all that exports.
+        from dehyst.app._processor import refuse_processor
+
+        refuse_processor(request.processor, request.period)
     request = named_columns("identify", request, request.json)
     fit, cost = _identify(request)
     if request.save is not None:
@@ -141,6 +147,8 @@ def _identify(request: IdentifyRequest) -> tuple[Fit, StepCost | None]:
     with ask_progress("identifying", request.json):
         if request.processor is None:
             return identify_with(None, None), None
+        from dehyst.app._processor import fit_for
+
         fit, cost, findings = fit_for(identify_with, request.processor, request.period)
     return replace(fit, warnings=(*fit.warnings, *findings)), cost
 

@@ -7,11 +7,10 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import chain, zip_longest
 from pathlib import Path
-from typing import Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import numpy as np
 
-from dehyst.app._inspect import print_columns
 from dehyst.app._policy import POLICY
 from dehyst.app._terminal import ask_progress, terminal
 from dehyst.app.requests import (
@@ -26,12 +25,15 @@ from dehyst.arrays import Array
 from dehyst.data import Recording
 from dehyst.errors import ColumnError, ParameterError, UnitError
 from dehyst.findings import Finding, Grade, doubt_in, grade_in
-from dehyst.io import LogSignal, LogSummary, inspect_log, read_log, read_signal
+from dehyst.io import read_log, read_signal
 from dehyst.models import Model, ModelCard, SignalCard
 from dehyst.models import kit as models_kit
 from dehyst.shell import command as line_of
 from dehyst.shell import options_line
 from dehyst.units import MASS_FACTORS, convert, dimension, mass_unit
+
+if TYPE_CHECKING:
+    from dehyst.io import LogSignal, LogSummary
 
 Read: TypeAlias = tuple[Path, str | None, Recording]  # log, run, what was read
 Shares: TypeAlias = Callable[[float], None]  # takes the share of a log that was read
@@ -87,6 +89,9 @@ def named_columns(command: str, request: R, quiet: bool) -> R:
     """
     if request.input and request.output:
         return request
+    # Not loaded where columns are named.
+    from dehyst.io import inspect_log
+
     log, run = request.logs[0], next(iter(request.runs), None)
     with ask_progress("reading", quiet) as progress:
         summary = inspect_log(
@@ -111,6 +116,8 @@ def named_columns(command: str, request: R, quiet: bool) -> R:
 
 def _choice(command: str, log: Path, summary: LogSummary) -> ColumnError:
     """Print what there is to choose from, and return what to type."""
+    from dehyst.app._inspect import print_columns
+
     asked = line_of(command, log, input="COLUMN", output="COLUMN")
     # The result on standard output would be no JSON any more.
     print_columns(terminal(stderr=True), summary.columns)

@@ -43,7 +43,7 @@ def top_speed(parts: Sequence[tuple[Array, Array]], span: float) -> float:
     # The lag is doubled until the fastest samples pass the chord, far above the noise.
     lag = 1
     ways, times = _over(long, lag)
-    while float(np.quantile(ways, 1.0 - POLICY.moving)) < chord:
+    while not _passes(ways, chord):
         lag *= 2
         if all(x.size <= 2 * lag for _, x in long):
             break
@@ -60,6 +60,18 @@ def top_speed(parts: Sequence[tuple[Array, Array]], span: float) -> float:
     passed = np.cumsum(ways[order])
     at = int(np.searchsorted(passed, POLICY.slower * float(passed[-1])))
     return float(speeds[order][min(at, speeds.size - 1)]) / span
+
+
+def _passes(ways: Array, chord: float) -> bool:
+    """Whether the fastest of the samples pass the chord."""
+    short = int(np.count_nonzero(ways < chord))
+    # Where the quantile stands among sorted ways; only between two that differ it has to be found.
+    place = (ways.size - 1) * (1.0 - POLICY.moving)
+    if short <= int(place):
+        return True
+    if short > int(place) + 1:
+        return False
+    return not float(np.quantile(ways, 1.0 - POLICY.moving)) < chord
 
 
 def _over(parts: list[tuple[Array, Array]], lag: int) -> tuple[Array, Array]:

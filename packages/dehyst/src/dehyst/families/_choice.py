@@ -70,7 +70,7 @@ STARTS = {  # the origin is that of the log's input
     "inverse": ("zero", "rest", "rising", "falling"),
 }
 FARTHEST = 1.6  # scaled outputs beyond it are not predicted: 0.3 of the range beyond what was seen
-CHUNK = 4096
+CHUNK = 512  # samples whose columns stay in the cache of a processor
 SMALLEST = 1e-9
 USUAL = 0.95  # of the samples move less than what a rate is scaled with
 
@@ -328,8 +328,11 @@ class Workshop:
         all_weights = np.zeros((self.columns.cell.size, len(fitted)))
         for number, weights in enumerate(fitted):
             all_weights[columns, number] = weights.weight
-        # One product for all folds reads the columns once.
-        sums = self.bank.values @ all_weights if self.direction == "forward" else None
+        sums = None
+        if self.direction == "forward":
+            # Few columns carry weight. One product for all folds reads these once.
+            carrying = np.flatnonzero(all_weights.any(axis=1))
+            sums = self.bank.values[:, carrying] @ all_weights[carrying]
         for number, weights in enumerate(fitted):
             rows = np.flatnonzero(fold == number)
             if not rows.size:
@@ -372,7 +375,9 @@ class Workshop:
         """Return columns, weights and lower bounds of a candidate that is fitted to all rows."""
         columns = self.columns.take(self.columns.of(chosen.sum.groups))
         bank = self._bank(columns, self.start, whole=True)
-        sums = self._sums(columns, bank, PIECES if chosen.mapped else 1)
+        # No fold is left out of this fit.
+        undivided = np.zeros(bank.target.size, dtype=np.int64)
+        sums = self._sums(columns, bank, PIECES if chosen.mapped else 1, undivided)
         program = Program(sums, np.arange(columns.cell.size), chosen.mapped)
         weights = program.solve(EVERY, chosen.regularisation)
         least = sums.least
@@ -408,14 +413,16 @@ class Workshop:
         every = -(-2 * signal.size // PROBED_ROWS)
         probed = np.arange(0, signal.size, every)
         template = ElementModel(columns.cells, start=self.start, scaling=self._seen_scaling())
-        rows = np.concatenate(
-            [_rows(columns, template, sign * signal, dt, probed) for sign in (1.0, -1.0)]
-        )
-        seen = self.bank.values[:, self.columns.of(chosen.sum.groups)]
-        of_log = np.arange(len(seen) + len(rows)) < len(seen)
-        balance = np.full(len(rows), float(self.bank.weight.sum()) / max(len(rows), 1))
+        seen, probes = self.bank.target.size, 2 * probed.size
+        rows = np.empty((seen + probes, columns.cell.size))
+        rows[:seen] = self.bank.values[:, self.columns.of(chosen.sum.groups)]
+        for sign, begin in ((1.0, seen), (-1.0, seen + probed.size)):
+            of_motion = rows[begin : begin + probed.size]
+            _fill_rows(of_motion, columns, template, sign * signal, dt, probed)
+        of_log = np.arange(len(rows)) < seen
+        balance = np.full(probes, float(self.bank.weight.sum()) / max(probes, 1))
         teacher = Teacher(
-            rows=np.concatenate([seen, rows]),
+            rows=rows,
             weight=np.concatenate([self.bank.weight, balance]),
             sets=(of_log, ~of_log),
             offset=weights.offset,
@@ -520,19 +527,23 @@ class Workshop:
         """Return rows of columns: those of the choice, or of the `whole` training."""
         compared = self._all_rows if whole else self._chosen_rows
         template = ElementModel(columns.cells, start=start, scaling=self._seen_scaling())
-        values, target, output, places = [], [], [], []
+        target, output, places = [], [], []
+        values = np.empty((sum(part.rows.size for part in compared), columns.cell.size))
+        filled = 0
         for number, stretch in enumerate(self.training.stretches):
             rows = compared[number].rows
             argument, sum_values = stretch.x, stretch.y
             if self.direction == "inverse":
                 argument, sum_values = stretch.y, stretch.x
-            values.append(_rows(columns, template, argument, stretch.dt, rows))
+            of_stretch = values[filled : filled + rows.size]
+            _fill_rows(of_stretch, columns, template, argument, stretch.dt, rows)
+            filled += rows.size
             target.append(sum_values[rows])
             output.append(stretch.y[rows])
             places.append(np.stack([np.full(rows.size, number), rows], axis=1))
         weight = np.concatenate([spread.weight for spread in compared])
         return RowBank(
-            values=np.concatenate(values),
+            values=values,
             target=np.concatenate(target),
             output=np.concatenate(output),
             folds=data_kit.folds_of(weight),
@@ -550,14 +561,18 @@ def _squares(weights: Weights, bank: RowBank) -> float:
     return float(np.sum((weights.outputs(bank.values @ weights.weight) - bank.output) ** 2))
 
 
-def _rows(
-    columns: Columns, template: ElementModel, signal: Array, dt: Array | None, rows: Numbers
-) -> Array:
-    """Return the columns (K, p) at some samples of a signal; the elements run over all samples up to the last row."""
+def _fill_rows(
+    values: Array,
+    columns: Columns,
+    template: ElementModel,
+    signal: Array,
+    dt: Array | None,
+    rows: Numbers,
+) -> None:
+    """Fill in the columns (K, p) at some samples of a signal; the elements run over all samples up to the last row."""
     memory = template.before(float(signal[0]))
-    parts = [np.zeros((0, columns.cell.size))]
     size = int(rows[-1]) + 1 if rows.size else 0
-    # Long signals run in chunks: all elements at all samples would not fit into memory.
+    # Signals run in chunks: all elements at all samples would not fit into memory.
     for begin in range(0, size, CHUNK):
         end = min(begin + CHUNK, size)
         steps = None
@@ -567,8 +582,7 @@ def _rows(
         first, last = np.searchsorted(rows, [begin, end])
         if last - first < len(e):
             e = e[rows[first:last] - begin]
-        parts.append(columns.values(e))
-    return np.concatenate(parts)
+        values[first:last] = columns.values(e)
 
 
 def pace_of(training: Training, direction: str) -> Pace | None:

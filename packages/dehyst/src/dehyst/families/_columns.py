@@ -116,12 +116,16 @@ class Columns:
 
     def values(self, e: Array) -> Array:
         """Columns (T, p) of elements (T, cells)."""
-        values = self.gain * _ramp(e[:, self.cell], self.low, self.high)
+        # Changed in place: each new array of this size would take as long as what is done with it.
+        values = e[:, self.cell]
+        np.clip(values, self.low, self.high, out=values)
+        values -= np.clip(0.0, self.low, self.high)
+        values *= self.gain
         products = np.flatnonzero(self.second != NO_CELL)
         values[:, products] *= np.clip(e[:, self.second[products]], *WITHIN)
         with_x = np.flatnonzero(self.x_high > self.x_low)
         values[:, with_x] += _ramp(e[:, :1], self.x_low[with_x], self.x_high[with_x])
-        return np.asarray(values)
+        return values
 
     def of(self, groups: Sequence[str]) -> Numbers:
         """Which columns are those of groups, and x."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -24,6 +24,7 @@ from dehyst.errors import IdentificationError
 
 Numbers = npt.NDArray[np.int64]
 Marks = npt.NDArray[np.bool_]
+Choices = tuple[tuple[int, ...], ...]  # of blocks
 # Unknowns, which of them are off their bound, violation of the optimality conditions.
 Solution = tuple[Array, Marks, float]
 
@@ -100,22 +101,34 @@ class Sums:
     knots: Array
     least: Array
     neighbours: Numbers
+    _chosen: dict[Choices, tuple[Array, Array]] = field(default_factory=dict, repr=False)
 
     @property
     def pieces(self) -> int:
         """Of the output map."""
         return self.knots.size - 1
 
-    @cached_property
-    def of_blocks(self) -> tuple[Array, Array]:
-        """Sums over the pieces, (blocks, N (N + 1) / 2) and (blocks, N)."""
-        return self.gram.sum(1), self.rhs.sum(1)
+    def of_choices(self, choices: Choices) -> tuple[Array, Array]:
+        """Sums over each choice of blocks, (choices, N, N) and (choices, N); made once, for all programs of them."""
+        if choices not in self._chosen:
+            used = blocks_used(choices)
+            gram, rhs = used @ self.gram.sum(1), used @ self.rhs.sum(1)
+            self._chosen[choices] = gram.take(_square(rhs.shape[1]), axis=1), rhs
+        return self._chosen[choices]
 
     @cached_property
     def penalty(self) -> tuple[Array, Array]:
         """Of differences between neighbours, (p, p), and of the slopes of the map, (pieces, pieces)."""
         pairs = np.stack([np.arange(self.pieces - 1), np.arange(1, self.pieces)], axis=1)
         return _differences(self.least.size, self.neighbours), _differences(self.pieces, pairs)
+
+
+def blocks_used(choices: Choices) -> Array:
+    """1 for each block that is in a choice, else 0; (choices, blocks)."""
+    used = np.zeros((len(choices), BLOCKS))
+    for k, blocks in enumerate(choices):
+        used[k, list(blocks)] = 1.0
+    return used
 
 
 def block_sums(
@@ -136,16 +149,22 @@ def block_sums(
     rows = np.hstack([np.ones((y.size, 1)), columns, -ramps])
     n = rows.shape[1]
     below = _below(n)
-    gram, rhs = np.empty((BLOCKS, pieces, below[0].size)), np.zeros((BLOCKS, pieces, n))
+    gram, rhs = np.zeros((BLOCKS, pieces, below[0].size)), np.zeros((BLOCKS, pieces, n))
     square_matrix, places = np.empty((n, n)), below[0] * n + below[1]
     counted, square = np.zeros((BLOCKS, pieces)), np.zeros((BLOCKS, pieces))
     order = np.lexsort((place, block))
     bounds = np.searchsorted(block[order] * pieces + place[order], np.arange(BLOCKS * pieces + 1))
+    all_alike = bool(np.all(weight == 1.0))
     for k in range(BLOCKS * pieces):
         b, m = divmod(k, pieces)
         part = order[bounds[k] : bounds[k + 1]]
-        part_rows, part_y = rows[part], y[part]
-        weighted = part_rows * weight[part, None]
+        if not part.size:
+            continue
+        # What is in one part alone is in order, and need not be gathered.
+        part_rows = rows if part.size == y.size else rows[part]
+        part_y = y[part]
+        # A product of one matrix with itself takes half of what that of two takes.
+        weighted = part_rows if all_alike else part_rows * weight[part, None]
         np.matmul(weighted.T, part_rows, out=square_matrix)
         # With a mode other than "raise" numpy writes without a copy in between; no place lies outside.
         square_matrix.ravel().take(places, out=gram[b, m], mode="clip")
@@ -164,16 +183,15 @@ class Program:
         first = 1 + sums.least.size
         # Which unknowns take part: the offset, weights of the columns, slopes of the map.
         unknowns = np.concatenate([[0], 1 + columns, np.arange(first, first + pieces)])
-        unknowns = unknowns.astype(np.int64)
-        # The unknowns increase, so that their lower triangle lies in that of the sums.
-        rows, columns_below = _below(unknowns.size)
-        large = unknowns[rows]
-        places = large * (large + 1) // 2 + unknowns[columns_below]
-        gram, rhs = sums.of_blocks
-        self._of_blocks = gram.take(places, axis=1), rhs.take(unknowns, axis=1)
+        self._unknowns = unknowns.astype(np.int64)
+        self._places = self._unknowns[:, None] * sums.rhs.shape[2] + self._unknowns
         if mapped:
+            # The unknowns increase, so that their lower triangle lies in that of the sums.
+            rows, columns_below = _below(unknowns.size)
+            large = self._unknowns[rows]
+            places = large * (large + 1) // 2 + self._unknowns[columns_below]
             self._gram = sums.gram.reshape(BLOCKS * sums.pieces, -1).take(places, axis=1)
-            self._rhs = sums.rhs.reshape(BLOCKS * sums.pieces, -1).take(unknowns, axis=1)
+            self._rhs = sums.rhs.reshape(BLOCKS * sums.pieces, -1).take(self._unknowns, axis=1)
         self._chains = sums.penalty[0][np.ix_(columns, columns)]
         # The unknowns of the map are its slopes less 1.
         slopes = np.full(pieces, LEAST_OF_MAP - 1.0)
@@ -205,30 +223,25 @@ class Program:
     ) -> list[Weights]:
         """Return the weights from each choice of blocks; the others begin with those of the first."""
         sums, size, unknowns = self._sums, self._size, self._lower.size
-        blocks_used = np.zeros((len(choices), BLOCKS))
-        for k, blocks in enumerate(choices):
-            blocks_used[k, list(blocks)] = 1.0
-        samples = blocks_used @ sums.counted.sum(1)
-        norms = np.sqrt(blocks_used @ sums.square.sum(1))
+        choices = tuple(choices)
+        used = blocks_used(choices)
+        samples = used @ sums.counted.sum(1)
+        norms = np.sqrt(used @ sums.square.sum(1))
         extra = self._extra(regularisation)
-        rows, columns = _below(unknowns)
 
         def solved(
-            factors: Array, parts: tuple[Array, Array], norms: Array, warm: list[Marks | None]
+            grams: Array, sides: Array, norms: Array, warm: list[Marks | None]
         ) -> list[Solution]:
-            # One matrix product for all choices reads the sums once.
-            grams, sides = factors @ parts[0], factors @ parts[1]
             solutions: list[Solution] = []
             for k, (gram, side, norm) in enumerate(zip(grams, sides, norms.tolist(), strict=True)):
                 begin = warm[k] if k < len(warm) else solutions[0][1]
-                system = samples[k] * extra
-                system[rows, columns] += gram
-                # The diagonal is not added twice.
-                system[columns, rows] = system[rows, columns]
-                solutions.append(_solved(system, side, self._lower, norm, begin))
+                gram += samples[k] * extra
+                solutions.append(_solved(gram, side, self._lower, norm, begin))
             return solutions
 
-        first = solved(blocks_used, self._of_blocks, norms, [warm])
+        squares, all_sides = sums.of_choices(choices)
+        grams = squares.reshape(len(choices), -1).take(self._places, axis=1)
+        first = solved(grams, all_sides.take(self._unknowns, axis=1), norms, [warm])
         results = []
         if not self._mapped:
             identity = np.zeros(0)
@@ -240,10 +253,12 @@ class Program:
         begun: list[Marks | None] = []
         for k, (u, off_bound, _) in enumerate(first):
             gain = 1.0 / np.maximum(1.0 + u[size:], 2.0 * LEAST_OF_MAP) ** 2
-            factors[k] = np.outer(blocks_used[k], gain).ravel()
+            factors[k] = np.outer(used[k], gain).ravel()
             begun.append(off_bound)
         norms = np.sqrt(factors @ sums.square.ravel())
-        for u, off_bound, kkt in solved(factors, (self._gram, self._rhs), norms, begun):
+        # One matrix product for all choices reads the sums once.
+        grams = (factors @ self._gram).take(_square(unknowns), axis=1)
+        for u, off_bound, kkt in solved(grams, factors @ self._rhs, norms, begun):
             inner = self._inner(u[size:])
             results.append(Weights(float(u[0]), u[1:size], inner, sums.knots, off_bound, kkt))
         return results
@@ -272,6 +287,14 @@ def _below(n: int) -> tuple[Numbers, Numbers]:
     """Rows and columns of the lower triangle of a matrix (n, n), row by row."""
     rows, columns = np.tril_indices(n)
     return rows, columns
+
+
+@lru_cache(maxsize=32)
+def _square(n: int) -> Numbers:
+    """Where the elements of a symmetric matrix (n, n) stand in its lower triangle, row by row."""
+    number = np.arange(n)
+    large, small = np.maximum.outer(number, number), np.minimum.outer(number, number)
+    return np.asarray(large * (large + 1) // 2 + small)
 
 
 def _solved(system: Array, rhs: Array, lower: Array, norm: float, warm: Marks | None) -> Solution:

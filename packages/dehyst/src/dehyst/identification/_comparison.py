@@ -27,6 +27,7 @@ from dehyst.identification._threads import single_blas
 
 LEADING = ("stop",)  # families of `identify` whose output leads
 LAGGING = frozenset(row.name for row in ROWS if row.lags)
+FEW_SAMPLES = 1000  # of a log
 NOT_CLOSE = "no choice of its parameters that was found comes close to these loops"
 
 
@@ -457,8 +458,11 @@ def _twins(above: ComparedFamily, below: ComparedFamily) -> bool:
     for a, b in zip(above.fit.predictions, below.fit.predictions, strict=True):
         if a.shape != b.shape:
             return False
-        if not float(np.max(np.abs(a - b))) <= POLICY.same_answer * float(np.ptp(a)):
-            return False
+        alike = POLICY.same_answer * float(np.ptp(a))
+        # Almost all that differ do so at one of a few samples already.
+        for every in (max(1, a.size // FEW_SAMPLES), 1):
+            if not float(np.max(np.abs(a[::every] - b[::every]))) <= alike:
+                return False
     return True
 
 

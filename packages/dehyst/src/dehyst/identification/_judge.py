@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import datetime as _datetime
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from dehyst.arrays import Mask, rank
-from dehyst.data import Recording, range_over, top_speed
+from dehyst.arrays import rank
+from dehyst.data import range_over
 from dehyst.findings import Finding, Grade
 from dehyst.identification import _facts as facts
 from dehyst.identification._candidate import Outcome
@@ -252,26 +250,6 @@ def judge(data: DataSet, seen: Seen, outcome: Outcome) -> Fit:
     )
 
 
-def fitted_speed(records: Sequence[Recording], masks: Sequence[Mask]) -> dict[str, Any]:
-    """Speeds of both signals in the fitted samples, in ranges a second, as a fact of a card; empty without time."""
-    inputs = []
-    outputs = []
-    for record, mask in zip(records, masks, strict=True):
-        if record.time is not None:
-            time = np.asarray(record.time)[mask]
-            inputs.append((time, record.input[mask]))
-            outputs.append((time, record.output[mask]))
-    if not inputs:
-        return {}
-    low, high = range_over(inputs_of(records))
-    least, most = range_over(outputs_of(records))
-    speeds = {
-        "input": float(f"{top_speed(inputs, high - low):.4g}"),
-        "output": float(f"{top_speed(outputs, most - least):.4g}"),
-    }
-    return {"fitted_speed": speeds}
-
-
 def _card(
     measured: Measured,
     settings: Mapping[str, Any],
@@ -300,8 +278,9 @@ def _card(
         "test": test,
         "verdict": verdict,
         "grade": str(grade),
-        **fitted_speed(records, measured.train_masks),
     }
+    if measured.speeds:
+        provenance["fitted_speed"] = dict(measured.speeds)
     return ModelCard(
         SignalCard(records[0].input_name, records[0].input_unit, low_in, high_in),
         SignalCard(records[0].output_name, records[0].output_unit, low_out, high_out),

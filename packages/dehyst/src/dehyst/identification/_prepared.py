@@ -17,8 +17,10 @@ from dehyst.identification._fit import Fit
 from dehyst.identification._judge import Seen, judge, seen_in
 from dehyst.identification._scores import Measure
 from dehyst.identification._split import Split, split_recordings
+from dehyst.identification._static_curve import best_curve
 from dehyst.identification._threads import single_blas
 from dehyst.identification._training import training_of
+from dehyst.models import StaticCurve
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +47,7 @@ class Prepared:
     weights: tuple[Array, ...] | None = None
     shared: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False)
     _fits: dict[Candidate, Fit] = field(default_factory=dict, init=False, repr=False)
+    _curves: dict[bool, StaticCurve] = field(default_factory=dict, init=False, repr=False)
     _trainings: dict[int, Training] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
@@ -61,6 +64,13 @@ class Prepared:
     def seen(self) -> Seen:
         """What the fitted part shows."""
         return seen_in(self.branches)
+
+    def curve(self, initial_state: str = "zero") -> StaticCurve:
+        """Return the best curve without hysteresis; of all states before the log only an unknown one changes it."""
+        unknown = initial_state == "unknown"
+        if unknown not in self._curves:
+            self._curves[unknown] = best_curve(self.data, initial_state)
+        return self._curves[unknown]
 
     def training(self, seed: int) -> Training:
         """Fitted part for families of the literature, which share what they make of it; one for each seed."""

@@ -542,8 +542,8 @@ def _peak(spans: Sequence[_Span]) -> Peak | None:
     step = float(np.median(steps))
     stroke = float(np.median(strokes)) / step
     cycles = np.arange(size // 2 + 1)
-    power = _spectrum(np.array(errors), cycles)
-    driven = _spectrum(np.array(inputs), cycles)
+    power = _spectrum(np.array(errors))
+    driven = _spectrum(np.array(inputs))
     faster = np.flatnonzero(cycles > FASTER * size / (2.0 * stroke))
     if faster.size < 8 or not power.sum() > 0.0:
         return None
@@ -571,14 +571,12 @@ def _peak(spans: Sequence[_Span]) -> Peak | None:
     return Peak(centre * per, low * per, high * per, share)
 
 
-def _spectrum(segments: Array, cycles: Rows) -> Array:
+def _spectrum(segments: Array) -> Array:
     """Mean square of segments (m, n) at whole numbers of cycles, each less its mean and tapered."""
     size = segments.shape[1]
-    at = np.arange(size)
-    taper = 0.5 - 0.5 * np.cos(2.0 * np.pi * (at + 0.5) / size)
+    taper = 0.5 - 0.5 * np.cos(2.0 * np.pi * (np.arange(size) + 0.5) / size)
     level = (segments - segments.mean(axis=1)[:, None]) * taper
-    angle = 2.0 * np.pi / size * np.outer(at, cycles)
-    return np.asarray(np.mean((level @ np.cos(angle)) ** 2 + (level @ np.sin(angle)) ** 2, axis=0))
+    return np.asarray(np.mean(np.abs(np.fft.rfft(level)) ** 2, axis=0))
 
 
 def _suggestions(

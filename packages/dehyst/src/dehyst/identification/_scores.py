@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from dehyst.arrays import Array, Mask
-from dehyst.data import Recording, range_over, robust_range
+from dehyst.data import Recording, range_over, robust_range, top_speed
 from dehyst.identification import _facts as facts
 from dehyst.identification._conditions import Condition, conditions, steeper, wider
 from dehyst.identification._data import DataSet, Piece, chunks, inputs_of, outputs_of
@@ -276,6 +276,8 @@ class Measured:
     # Change of the residual from the first to the last cycle, and its standard error. [output]
     drift: tuple[float, float]
     conditions: tuple[Condition, ...] = ()  # Of the recordings, where there are several in memory
+    # Of both signals in the fitted samples by name, ranges a second; empty without time
+    speeds: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def input_error(self) -> InputError:
@@ -283,8 +285,33 @@ class Measured:
         return self.input_test or self.input_train
 
 
+@dataclass(frozen=True, eq=False)
+class Baseline:
+    """What all models of a log are compared with, where they are scored on the same samples."""
+
+    static: StaticCurve  # The curve without memory
+    scored: tuple[Part, Part]  # The samples, fitted and held out
+    masks: tuple[tuple[Mask, ...], tuple[Mask, ...]]  # The same for each recording, (T,)
+    # train, test, asked: Scores of the curve, and its error of the input
+    train: Score
+    test: Score | None
+    asked: InputError
+    drift: tuple[float, float]  # Change of its residual, and the standard error. [output]
+    speeds: Mapping[str, float]  # Of both signals, as in `Measured`
+
+    def serves(self, static: StaticCurve, scored: tuple[Part, Part]) -> bool:
+        """Whether it is that of a curve and of samples; weights are not compared, so with any it is not."""
+        if self.static.curve is not static.curve:
+            return False
+        for own, other in zip(self.scored, scored, strict=True):
+            weighted = any(weight is not None for weight in (*own.weights, *other.weights))
+            if weighted or own.spans != other.spans:
+                return False
+        return True
+
+
 class Measure:
-    """Compares models with recordings; the test of rate and creep is made once for all of them.
+    """Compares models with recordings; what does not depend on the model is found once for all of them.
 
     Parameters
     ----------
@@ -299,6 +326,7 @@ class Measure:
     ) -> None:
         self._records, self._loads = records, loads
         self._tested: tuple[Evidence, ...] | None = None
+        self._baseline: Baseline | None = None
 
     def __call__(
         self, data: DataSet, bank: PlayBank, model: HysteresisModel, static: StaticCurve, turns: int
@@ -322,39 +350,18 @@ class Measure:
         """Compare what a model answers, and what its inverse asks for, over fitted and held-out samples."""
         records = self._records
         fitted, held_out = scored
-        curves = []
-        curve_demands = []
-        for record in records:
-            curves.append(static.simulate(record.input))
-            curve_demands.append(static.inverse().simulate(record.output))
+        baseline = self._compared_with(data, static, scored)
         train = score(records, outputs, fitted, data.output_range)
         test = score(records, outputs, held_out, data.output_range)
-        static_train = score(records, curves, fitted, data.output_range)
-        static_test = score(records, curves, held_out, data.output_range)
         input_train = input_error(records, demands, fitted)
         input_test = input_error(records, demands, held_out)
-        judged = held_out
-        if test is None:
-            judged = fitted
-        curve_input = input_error(records, curve_demands, judged)
-        if train is None or static_train is None or input_train is None or curve_input is None:
+        if train is None or input_train is None:
             raise AssertionError("no training samples")  # the caller has checked
+        train_masks, test_masks = baseline.masks
         # Where a curve is as good as the model, what is left of the model's error is not about the actuator.
-        better = curves[0]
-        if train.rmse <= static_train.rmse:
-            better = outputs[0]
-        train_masks = fitted.masks(records)
-        test_masks = held_out.masks(records)
-        change = (0.0, 0.0)
-        counted = train_masks[0] | test_masks[0]
-        if np.count_nonzero(counted) > 8:
-            signals = [records[0].input, better, curves[0], records[0].output]
-            if not counted.all():
-                signals = [signal[counted] for signal in signals]
-            x, model, curve, y = signals
-            change = facts.agreed(
-                facts.residual_drift(x, model, y), facts.residual_drift(x, curve, y)
-            )
+        drift = baseline.drift
+        if train.rmse <= baseline.train.rmse:
+            drift = _drift(records[0], outputs[0], train_masks[0] | test_masks[0])
         if self._tested is None:
             self._tested = _evidence(records, data, turns, self._loads)
             if any(term.there for term in self._tested) and not self._loads:
@@ -367,18 +374,87 @@ class Measure:
             test_masks=test_masks,
             train=train,
             test=test,
-            static_train=static_train,
-            static_test=static_test,
+            static_train=baseline.train,
+            static_test=baseline.test,
             round_trip=trip,
             input_train=input_train,
             input_test=input_test,
-            curve_input=curve_input,
+            curve_input=baseline.asked,
             beyond=_beyond_training(records, held_out, data),
             levels_apart=_levels_apart(records, outputs, fitted, held_out),
             evidence=self._tested,
-            drift=change,
+            drift=facts.agreed(drift, baseline.drift),
             conditions=conditions(records, outputs, data.output_range),
+            speeds=baseline.speeds,
         )
+
+    def _compared_with(
+        self, data: DataSet, static: StaticCurve, scored: tuple[Part, Part]
+    ) -> Baseline:
+        """Return the baseline of a curve and of samples; that of the model before serves most others."""
+        if self._baseline is None or not self._baseline.serves(static, scored):
+            self._baseline = _baseline(self._records, data, static, scored)
+        return self._baseline
+
+
+def _baseline(
+    records: tuple[Recording, ...], data: DataSet, static: StaticCurve, scored: tuple[Part, Part]
+) -> Baseline:
+    fitted, held_out = scored
+    curves = []
+    demands = []
+    for record in records:
+        curves.append(static.simulate(record.input))
+        demands.append(static.inverse().simulate(record.output))
+    train = score(records, curves, fitted, data.output_range)
+    test = score(records, curves, held_out, data.output_range)
+    judged = held_out
+    if test is None:
+        judged = fitted
+    asked = input_error(records, demands, judged)
+    if train is None or asked is None:
+        raise AssertionError("no training samples")  # the caller has checked
+    masks = fitted.masks(records), held_out.masks(records)
+    return Baseline(
+        static=static,
+        scored=scored,
+        masks=masks,
+        train=train,
+        test=test,
+        asked=asked,
+        drift=_drift(records[0], curves[0], masks[0][0] | masks[1][0]),
+        speeds=_fitted_speeds(records, masks[0]),
+    )
+
+
+def _drift(record: Recording, output: Array, counted: Mask) -> tuple[float, float]:
+    """Change of a residual from the first to the last cycle, and its standard error. [output]"""
+    if np.count_nonzero(counted) <= 8:
+        return 0.0, 0.0
+    signals = [record.input, output, record.output]
+    if not counted.all():
+        signals = [signal[counted] for signal in signals]
+    x, predicted, y = signals
+    return facts.residual_drift(x, predicted, y)
+
+
+def _fitted_speeds(records: Sequence[Recording], masks: Sequence[Mask]) -> dict[str, float]:
+    """Speeds of both signals in the fitted samples, in ranges a second; empty without time."""
+    inputs = []
+    outputs = []
+    for record, mask in zip(records, masks, strict=True):
+        if record.time is not None:
+            time = np.asarray(record.time)[mask]
+            inputs.append((time, record.input[mask]))
+            outputs.append((time, record.output[mask]))
+    if not inputs:
+        return {}
+    low, high = range_over(inputs_of(records))
+    least, most = range_over(outputs_of(records))
+    return {
+        "input": float(f"{top_speed(inputs, high - low):.4g}"),
+        "output": float(f"{top_speed(outputs, most - least):.4g}"),
+    }
 
 
 def _of_one_condition(

@@ -94,6 +94,7 @@ class Folds:
         self._parts = _parts_of(part)
         self._sums = short.sums(bank.thresholds, bank.states, self._targets, self._parts)
         self._warm: dict[tuple[str, int], Marks | None] = {}
+        self._without_fold: dict[int, NormalEquations] = {}
 
     def errors(self, choice: Setting, eps: float) -> Array:
         """RMSE on every fold of the fit to the others, scaled, (10,); not a number where it has no row."""
@@ -127,13 +128,9 @@ class Folds:
         return fitted
 
     def _without(self, choice: Setting, eps: float, left_out: int) -> Estimate:
-        # Subtracting the fold from the sum of all would round otherwise than adding the others.
-        fitted = []
-        is_fitted = self._fitted(left_out)
-        for part, part_sums in zip(self._parts, self._sums, strict=True):
-            if is_fitted[part.start]:
-                fitted.append(part_sums)
-        sums = self._summed(self._short.together(fitted), left_out)
+        if left_out not in self._without_fold:
+            self._without_fold[left_out] = self._sums_without(left_out)
+        sums = self._without_fold[left_out]
         estimate = fit_family(
             choice.family, sums, eps, self.knots, choice.regularisation,
             fold_ridge=FOLD_RIDGE**2 * self._samples,
@@ -142,6 +139,15 @@ class Folds:
         )  # fmt: skip
         self._warm[choice.family, left_out] = estimate.passive
         return estimate
+
+    def _sums_without(self, left_out: int) -> NormalEquations:
+        # Subtracting the fold from the sum of all would round otherwise than adding the others.
+        fitted = []
+        is_fitted = self._fitted(left_out)
+        for part, part_sums in zip(self._parts, self._sums, strict=True):
+            if is_fitted[part.start]:
+                fitted.append(part_sums)
+        return self._summed(self._short.together(fitted), left_out)
 
     def whole(self, choice: Setting, eps: float) -> tuple[Estimate, float]:
         """Fit to all rows, and its RMSE on these, scaled; pieces with a level of their own each have theirs."""

@@ -52,7 +52,6 @@ from dehyst.identification._fit import Certificate, ComparedSetting, Fit
 from dehyst.identification._prepared import Prepared, prepared
 from dehyst.identification._scores import Measure, Measured, Part, part_of
 from dehyst.identification._split import HALF
-from dehyst.identification._static_curve import best_curve
 from dehyst.models import DirectInverse, ModelCard, Schedule, SignalCard
 from dehyst.models import kit as models_kit
 
@@ -334,7 +333,7 @@ def _outcome(log: Prepared, choice: _Choice, settings: dict[str, Any]) -> Outcom
     estimate = solve_shape(layout, shape, *trials.system(shape))
     model = build_direct(layout, estimate, data, _signals(records, data))
     answers = _answers(records, data, layout, estimate, model)
-    static = best_curve(whole)
+    static = log.curve()
     rises = model.least_slope() > 0.0
     certificate = Certificate(
         kkt_residual=estimate.kkt_residual,

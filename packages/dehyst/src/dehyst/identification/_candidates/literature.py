@@ -24,7 +24,6 @@ from dehyst.identification._fit import Certificate, ComparedSetting
 from dehyst.identification._prepared import Prepared
 from dehyst.identification._scores import Measured, scored_parts
 from dehyst.identification._selection import BLOCKS
-from dehyst.identification._static_curve import best_curve
 from dehyst.models import StaticCurve
 
 PROGRAM = "normal equations of the columns"
@@ -64,7 +63,7 @@ class Literature:
             settings["size"] = self.size
         model = self._fitted(log.training(self.seed))
         terms = model.free_parameters
-        return loop_outcome(log, model, settings, best_curve(log.data), terms, terms)
+        return loop_outcome(log, model, settings, log.curve(), terms, terms)
 
     def _fitted(self, training: Training) -> LoopModel:
         if self.size is None:

@@ -52,7 +52,7 @@ from dehyst.identification._settings import (
     is_papers,
     paper_eps,
 )
-from dehyst.identification._static_curve import NO_MEMORY, best_curve, curve_of, fit_static
+from dehyst.identification._static_curve import NO_MEMORY, curve_of, fit_static
 from dehyst.identification._threads import single_blas
 from dehyst.models import HysteresisModel, ModelCard
 
@@ -388,7 +388,7 @@ def _fitted(call: PlaysFamily, log: Prepared) -> Outcome:
         route=estimate.route,
         condition=estimate.condition,
     )
-    static = best_curve(data, choice.initial_state)
+    static = log.curve(choice.initial_state)
     return Outcome(
         family=choice.family,
         model=model,
