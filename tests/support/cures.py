@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 import dehyst
+from dehyst.families._elements import ElementModel
 from dehyst.io import example_recording, write_csv
 from dehyst.models import ModelCard, SignalCard
 from dehyst_robot.muscles import muscle
@@ -400,6 +402,12 @@ def late(folder):
     log_of(dehyst.Recording(input=x, output=y, time=0.02 * np.arange(x.size)), folder / "log.csv")
 
 
+def answers_late(folder):
+    t = 0.02 * np.arange(500)
+    model = replace(ElementModel.example(), dead_time=0.1, period=0.02, card=CARD)
+    saved(model, ref={"time_s": t, "angle": 0.2 * np.sin(t)})(folder)
+
+
 IDENTIFY = f"identify log.csv {PAIR}"
 MUSCLE = "muscle sarosi --log log.csv"
 BARE = f"{IDENTIFY} --family pi --n 10"
@@ -532,6 +540,14 @@ CURES: dict[str, list[Cure]] = {
             f"identify log.csv log2.csv {PAIR} --family pi",
             "--family direct-inverse --load load_N",
             f"identify log.csv log2.csv {PAIR} {{named}} --creep 0",
+        )
+    ],
+    "dead-time": [
+        Cure(
+            answers_late,
+            "compensate m.json ref.csv --output angle",
+            "--ahead 0",
+            after="changed",
         )
     ],
     "output-late": [Cure(late, IDENTIFY, "--ahead 0", after="changed")],
