@@ -87,6 +87,7 @@ DRAWS = 6  # of the table that is shipped
 TUNING = "tuning"  # in place of a draw: the packaged realistic plant, on which settings are chosen
 NATIVE = ("paper", "best", "scaled", "maxwell-slip")
 PASSES = 4
+FACTORS = (1.0, 1.5, 2.0, 3.0, 4.0)  # of gains that are tuned: 1 is the paper's pole
 MECHANISMS = tuple(name for name in arm_kit.PLANTS if name != "none")
 MAPS = ("tool", "bench", "tondu-lopez")
 LINKS = 7
@@ -149,10 +150,16 @@ class Prepared:
 
 @dataclass(frozen=True)
 class Rival:
-    """How a rival is prepared, and the settings that it may choose from."""
+    """How a rival is prepared, the settings that it may choose from, and whether they are gains of the loop."""
 
     prepare: Callable[[Case, Any], Prepared]
     settings: tuple[Any, ...] = ("",)
+    gains: bool = False
+
+    @property
+    def tries(self) -> tuple[str, ...]:
+        """Trials of each setting: gains have to stand a delay, too."""
+        return (*TRIALS, LATE) if self.gains else TRIALS
 
 
 def drawn(seed: int, number: int) -> tuple[dict[str, object], str]:
@@ -298,7 +305,7 @@ def reviewed(name: str) -> Rival:
             native=(name, OWN[name]),
         )
 
-    return Rival(prepare, (1.0, 1.5, 2.0, 3.0, 4.0))
+    return Rival(prepare, FACTORS, gains=True)
 
 
 TUNED_NUMBERS: Mapping[str, int] = {
@@ -345,7 +352,7 @@ RIVALS: Mapping[str, Rival] = {
     "best": Rival(lambda case, setting: with_recipe(case, "best")),
     "pole": Rival(plain_at_pole),
     "best at that pole": Rival(best_at_pole),
-    "disturbance observer": Rival(observed, (2.5, 5.0, 10.0, 20.0, 40.0)),
+    "disturbance observer": Rival(observed, (2.5, 5.0, 10.0, 20.0, 40.0), gains=True),
     "adapted scale": Rival(adapted, (0.1, 0.3, 1.0, 3.0, 10.0)),
     "sliding-mode": reviewed("sliding-mode"),
     "vo-minh": reviewed("vo-minh"),
@@ -355,7 +362,7 @@ RIVALS: Mapping[str, Rival] = {
     "iterative learning over best": Rival(repeated(True)),
     "gaussian process": trained(gaussian_process, tuple(PROCESSES)),
     "recurrent network": trained(recurrent_network, tuple(NETWORKS)),
-    "predictive": Rival(predictive, (6.0, 9.0, 12.0, 18.0, 24.0)),
+    "predictive": Rival(predictive, (6.0, 9.0, 12.0, 18.0, 24.0), gains=True),
 }
 
 
@@ -429,7 +436,7 @@ def cost(case: Case, prepared: Prepared, law: Around | None) -> tuple[float, str
 
 
 def chosen_settings(rows: list[Row], joint: int) -> dict[str, Any]:
-    """Return rival -> the setting with the smallest geometric mean of the three trials' errors."""
+    """Return rival -> the setting with the smallest geometric mean of the errors of its tries."""
     scores: dict[str, dict[str, float]] = {}
     for row in rows:
         if row["draw"] != TUNING or row["joint"] != joint:
@@ -460,13 +467,13 @@ class Table:
         else:
             path.write_text(",".join(COLUMNS) + "\n", encoding="utf-8")
 
-    def has(self, joint: int, draw: str, rival: str, setting: Any) -> bool:
-        """Whether a rival was run on a draw."""
-        wanted = (joint, draw, rival, str(setting))
+    def has(self, joint: int, draw: str, rival: str, setting: Any, trial: str) -> bool:
+        """Whether a trial of a rival was run on a draw."""
+        keys = ("joint", "draw", "rival", "setting", "trial")
         present = set()
         for row in self.rows:
-            present.add((row["joint"], row["draw"], row["rival"], str(row["setting"])))
-        return wanted in present
+            present.add(tuple(str(row[key]) for key in keys))
+        return (str(joint), draw, rival, str(setting), trial) in present
 
     def add(self, rows: list[Row], joint: int, draw: str) -> None:
         """Write rows and show them."""
@@ -481,14 +488,18 @@ class Table:
 
 
 def tune(table: Table, number: int, names: list[str]) -> None:
-    """Run all settings of all rivals on the packaged plant, in the three trials."""
+    """Run all settings of all rivals on the packaged plant."""
     case = None
     for name in names:
         settings = RIVALS[name].settings
         for setting in settings if len(settings) > 1 else ():
-            if not table.has(number, TUNING, name, setting):
+            missing = []
+            for trial in RIVALS[name].tries:
+                if not table.has(number, TUNING, name, setting, trial):
+                    missing.append(trial)
+            if missing:
                 case = case or case_of(None, number)
-                table.add(rows_of(case, name, setting, TRIALS), number, TUNING)
+                table.add(rows_of(case, name, setting, tuple(missing)), number, TUNING)
 
 
 def main() -> int:
@@ -508,7 +519,7 @@ def main() -> int:
     for draw in range(options.draws):
         case = None
         for name in options.rivals:
-            if table.has(options.joint, str(draw), name, settings[name]):
+            if table.has(options.joint, str(draw), name, settings[name], LATE):
                 continue
             case = case or case_of(draw, options.joint)
             rows = rows_of(case, name, settings[name], (*TRIALS, MOVES, LATE))
