@@ -118,12 +118,12 @@ def travelled(angle: Array, play: float = PLAY) -> Array:
     >>> travelled(np.array([0.0, 0.2, 0.1, 0.1]), play=0.0).round(6).tolist()
     [0.0, 0.2, 0.3, 0.3]
     """
-    held = np.empty(angle.size)
+    played = np.empty(angle.size)
     last = float(angle[0])
     for k, q in enumerate(angle.tolist()):
         last = min(max(last, q - play), q + play)
-        held[k] = last
-    return np.concatenate([[0.0], np.cumsum(np.abs(np.diff(held)))])
+        played[k] = last
+    return np.concatenate([[0.0], np.cumsum(np.abs(np.diff(played)))])
 
 
 def turning_angles(angle: Array, count: int, play: float = 10 * PLAY) -> Array:
@@ -154,10 +154,10 @@ def features(setting: ProcessSetting, angle: Array, times: Array) -> Array:
     """Return the features (T, n) of a motion: its angle, how far it has moved since, and since its last turns."""
     at = times if setting.by == "time" else travelled(angle)
     # Where the way stands still, time does not: the last angle at a way counts.
-    kept = np.flatnonzero(np.diff(at, append=np.inf) > 0.0)
+    distinct = np.flatnonzero(np.diff(at, append=np.inf) > 0.0)
     columns = [angle]
     for lag in setting.lags:
-        columns.append(angle - np.interp(at - lag, at[kept], angle[kept]))
+        columns.append(angle - np.interp(at - lag, at[distinct], angle[distinct]))
     if setting.turns:
         columns.extend((angle[:, None] - turning_angles(angle, setting.turns)).T)
     return np.stack(columns, axis=1)
@@ -177,12 +177,16 @@ def gaussian_process(identification: JointIdentification, name: str) -> LearnedF
     most = MOST * float(np.abs(log[HYSTERESIS]).max())
     kernel = ConstantKernel(1.0) * RBF(np.ones(x.shape[1]), (1e-2, 1e3)) + WhiteKernel(1e-2)
     order = np.random.default_rng(0).permutation(y.size)
-    few, some = order[:SEARCHED], order[: setting.samples]
+    searched_on, trained_on = order[:SEARCHED], order[: setting.samples]
     with warnings.catch_warnings():
         # A length at its bound means that a feature does not matter.
         warnings.simplefilter("ignore", ConvergenceWarning)
-        searched = GaussianProcessRegressor(kernel, random_state=0).fit(x[few], y[few])
-        process = GaussianProcessRegressor(searched.kernel_, optimizer=None).fit(x[some], y[some])
+        searched = GaussianProcessRegressor(kernel, random_state=0).fit(
+            x[searched_on], y[searched_on]
+        )
+        process = GaussianProcessRegressor(searched.kernel_, optimizer=None).fit(
+            x[trained_on], y[trained_on]
+        )
 
     def predict(angle: Array, times: Array) -> Array:
         scaled = (features(setting, angle, times) - middle) / size
@@ -220,5 +224,5 @@ def recurrent_network(identification: JointIdentification, name: str) -> Learned
 
 def stepped(grid: Array, at: Array, values: Array) -> Array:
     """Return values at the points of a grid of the way or of time; where the way stands still, the last one."""
-    kept = np.flatnonzero(np.diff(at, append=np.inf) > 0.0)
-    return np.asarray(np.interp(grid, at[kept], values[kept]))
+    distinct = np.flatnonzero(np.diff(at, append=np.inf) > 0.0)
+    return np.asarray(np.interp(grid, at[distinct], values[distinct]))

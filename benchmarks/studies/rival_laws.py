@@ -46,8 +46,8 @@ def no_compensation() -> DirectInverse:
 
     Examples
     --------
-    >>> float(np.abs(no_compensation().simulate([0.0, 0.1, -0.1])).max())
-    0.0
+    >>> no_compensation().run(np.array([0.0, 0.1, -0.1]), np.array([0.0, 1.0, 2.0])).u.tolist()
+    [0.0, 0.0, 0.0]
     """
     return DirectInverse(radii=np.ones(1), stop_weights=np.zeros(1))
 
