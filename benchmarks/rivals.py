@@ -1,6 +1,6 @@
 """Rivals on the realistic plant: every controller and compensator that a reviewer would name, one log, one budget.
 
-python benchmarks/rivals.py [--joint 1] [--draws 7] [--rivals best ...] [--out docs/generate/rivals.csv]
+python benchmarks/rivals.py [--joint 1] [--draws 8] [--rivals best ...] [--out docs/generate/rivals.csv]
 
 A joint alone, calibrated, identified and run as `dehyst reproduce --quick` does. Every draw is another plant: kind and
 size of the hysteresis, static map, pulley, masses, delay of the valves, and by the seed tolerances and noise. A rival
@@ -83,7 +83,7 @@ LATE = (
     "fast_late"  # the fast trial with commands that come 5 ms later: does the loop have the margin?
 )
 LATER_S = 0.005
-DRAWS = 7  # of the table that is shipped
+DRAWS = 8  # of the table that is shipped
 TUNING = "tuning"  # in place of a draw: the packaged realistic plant, on which settings are chosen
 NATIVE = ("paper", "best", "scaled", "maxwell-slip")
 PASSES = 4

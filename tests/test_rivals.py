@@ -143,10 +143,11 @@ def test_what_the_page_says_of_joint_1_is_in_the_file():
         assert all(np.median(ratio(name, trial, "best at that pole")) > 1.0 for trial in moving)
         assert np.median(ratio(name, "slow_no_integrator", "off")) > 0.1
     for trial in ("fast", "slow", "slow_no_integrator"):
-        assert np.median(ratio("iterative learning", trial, "best")) < 0.6
+        assert np.all(ratio("iterative learning", trial, "best") < 1.0)
+        assert 0.45 < np.median(ratio("iterative learning", trial, "best")) < 0.65
     assert np.median(ratio("iterative learning", "moves", "best")) > 1.0
-    assert np.all(ratio("adapted scale", "slow_no_integrator", "best") < 1.0)
+    assert np.sum(ratio("adapted scale", "slow_no_integrator", "best") < 1.0) == 7
     for name in ("gaussian process", "recurrent network"):
-        assert all(1.0 < np.median(ratio(name, trial, "best")) < 2.25 for trial in tables.TRIALS)
+        assert all(1.05 < np.median(ratio(name, trial, "best")) < 2.05 for trial in tables.TRIALS)
     lost = {row["rival"] for row in tables.rows() if row["failed"] and row["draw"] != "tuning"}
     assert lost == {"pole", "best at that pole", "pid"}
