@@ -43,6 +43,7 @@ export class Options {
       option(true, "--eps", "Smallest slope after a reversal; auto: as firm as costs little", number("auto; of pi 0.001")),
       option(true, "--initial-state", "What the actuator did before the log", list("auto", known.starts)),
       option(true, "--max-inverse-gain", "Largest slope of the inverse, input over output; instead of the smallest slope", number("any")),
+      option(true, "--ahead", "Seconds by which the reference is known before it is due, for a dead time", number("any")),
       option(false, "--time", "Time column", list("by its name", known.columns.filter(({ minimum }) => Number.isFinite(minimum)).map(({ name }) => name))),
       option(false, "--time-unit", "Unit of time, or seconds of one count", number(known.units.join(", "))),
       option(false, "--dt", "Seconds from row to row, if the log has no time", number("by its clock")),

@@ -16,8 +16,7 @@ if TYPE_CHECKING:
     from dehyst.families._element_machine import ElementBlockParameters as ElementBlockParameters
     from dehyst.families._inversion import first_input as first_input
     from dehyst.families._lateness import Lateness as Lateness
-    from dehyst.families._lateness import lateness as lateness
-    from dehyst.families._lateness import nearer as nearer
+    from dehyst.families._lateness import best_row_and_delay as best_row_and_delay
     from dehyst.families._registry import MODULES as MODULES
     from dehyst.families._registry import ROW_NAMES as ROW_NAMES
     from dehyst.families._registry import Family as Family
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     from dehyst.families._registry import is_family as is_family
     from dehyst.families._registry import names as names
     from dehyst.families._registry import title_of as title_of
-    from dehyst.families._rows import best_row as best_row
     from dehyst.families._table import ROWS as ROWS
     from dehyst.families._training import Stretch as Stretch
     from dehyst.families._training import Training as Training
@@ -41,9 +39,8 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_dahl": "Dahl",
         "_element_machine": "ElementBlockParameters",
         "_inversion": "first_input",
-        "_lateness": "Lateness lateness nearer",
+        "_lateness": "Lateness best_row_and_delay",
         "_registry": "Family MODULES ROW_NAMES example family is_family names title_of",
-        "_rows": "best_row",
         "_table": "ROWS",
         "_training": "Stretch Training steps_of",
     },

@@ -11,12 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.families._choice import ScoredSum, workshop_of
+from dehyst.families._choice import Chosen, ScoredSum, workshop_of
 from dehyst.families._policy import POLICY
 from dehyst.families._program import BLOCKS
+from dehyst.families._rows import best_row, turns_of
 from dehyst.families._training import Training
 
 STEPS = 100  # the first shift that is tried is a stroke divided by this
+ROUNDED = 1e-6  # of a sample: a time that was typed as a multiple of the period is one
 FARTHEST = 8  # the largest one is a stroke divided by this
 
 
@@ -37,7 +39,47 @@ class Lateness:
     shifted: float
 
 
-def lateness(training: Training, chosen: ScoredSum, turns: int) -> Lateness | None:
+def best_row_and_delay(
+    training: Training, firm: bool, size: int | None, ahead: float
+) -> tuple[Chosen, Lateness | None, int]:
+    """Return the best row, by how much the output is late, and how many samples of that the row has as dead time.
+
+    Parameters
+    ----------
+    training
+        The fitted part.
+    firm, size
+        As of `best_row`.
+    ahead
+        How long before its time the reference of the compensator is known: so much of a dead time is taken. [s]
+    """
+    turns = turns_of(training)
+    chosen = best_row(training, firm, size)
+    late = _lateness(training, chosen.candidates[0], turns)
+    if late is None:
+        return chosen, None, 0
+    delay = _delay(late, training.period, ahead)
+    if delay == 0:
+        return chosen, late, 0
+    chosen = best_row(training.late(delay), firm, size)
+    if delay == late.samples:
+        # The first row had to explain the dead time by its lags; this one tells it better.
+        late = _nearer(training, chosen.candidates[0], turns, late)
+        if late.samples != delay:
+            delay = _delay(late, training.period, ahead)
+            chosen = best_row(training.late(delay), firm, size)
+    return chosen.later(delay * training.period), late, delay
+
+
+def _delay(late: Lateness, period: float, ahead: float) -> int:
+    """Return the dead time of the model in samples: what the log shows, as far as the reference is known ahead."""
+    if not period > 0.0:
+        return 0
+    known = np.floor(ahead / period + ROUNDED)
+    return int(max(0.0, min(float(late.samples), known)))
+
+
+def _lateness(training: Training, chosen: ScoredSum, turns: int) -> Lateness | None:
     r"""Return by how many samples the output is late; None where that is not clear.
 
     Moving the output by d samples changes the squared error of a fit by :math:`2 d \sum e_k y_k'` to first order,
@@ -66,7 +108,7 @@ def lateness(training: Training, chosen: ScoredSum, turns: int) -> Lateness | No
     return late
 
 
-def nearer(training: Training, chosen: ScoredSum, turns: int, late: Lateness) -> Lateness:
+def _nearer(training: Training, chosen: ScoredSum, turns: int, late: Lateness) -> Lateness:
     """Return the shift anew for the sum that was chosen from the shifted signals; the same where that gains little.
 
     The first shift is that of a sum which had to explain the dead time by its lags.

@@ -11,16 +11,7 @@ import numpy.typing as npt
 
 from dehyst.data import Recording, counted_once, require_recordings
 from dehyst.errors import DehystError, ParameterError
-from dehyst.families import (
-    ROW_NAMES,
-    Chosen,
-    Lateness,
-    Training,
-    best_row,
-    is_family,
-    lateness,
-    nearer,
-)
+from dehyst.families import ROW_NAMES, Chosen, Lateness, best_row_and_delay, is_family
 from dehyst.families import kit as families_kit
 from dehyst.families import names as names_of_literature
 from dehyst.identification._candidates.direct import Direct, compare_forward
@@ -49,7 +40,6 @@ PLAYS_SETTINGS = ("n", "eps", "thresholds", "initial_state", "weights", "shear",
 DIRECT_SETTINGS = tuple(setting.name for setting in fields(Direct))
 PURPOSES = ("compensate", "simulate")
 LEAST_SIZE = 3  # numbers: an offset, a slope, and one play
-ROUNDED = 1e-6  # of a sample: a time that was typed as a multiple of the period is one
 PERCENT = 50.0  # of the range, for an error scaled to -1..1
 
 
@@ -337,7 +327,7 @@ def best_fit(
     too_large = size is not None and fitted_plays.model.free_parameters > size
     with single_blas():
         try:
-            chosen, late, delay = _row_with_delay(training, purpose != "simulate", size, ahead)
+            chosen, late, delay = best_row_and_delay(training, purpose != "simulate", size, ahead)
             compared = _compared(fitted_plays, chosen)
             terms = chosen.carrying, chosen.columns
             outcome = loop_outcome(
@@ -360,36 +350,6 @@ def best_fit(
     if plays_do and (fitted_plays.family == STATIC or not too_large):
         return _with_lateness(with_table(fitted_plays, rows), late, training.period)
     return _with_lateness(with_table(rows, fitted_plays), late, training.period, delay)
-
-
-def _row_with_delay(
-    training: Training, firm: bool, size: int | None, ahead: float
-) -> tuple[Chosen, Lateness | None, int]:
-    """Return the best row, by how much the output is late, and how many samples of it the row has as dead time."""
-    turns = families_kit.turns_of(training)
-    chosen = best_row(training, firm, size)
-    late = lateness(training, chosen.candidates[0], turns)
-    if late is None:
-        return chosen, None, 0
-    delay = _delay(late, training.period, ahead)
-    if delay == 0:
-        return chosen, late, 0
-    chosen = best_row(training.late(delay), firm, size)
-    if delay == late.samples:
-        # The first row had to explain the dead time by its lags; this one tells it better.
-        late = nearer(training, chosen.candidates[0], turns, late)
-        if late.samples != delay:
-            delay = _delay(late, training.period, ahead)
-            chosen = best_row(training.late(delay), firm, size)
-    return chosen.later(delay * training.period), late, delay
-
-
-def _delay(late: Lateness, period: float, ahead: float) -> int:
-    """Return the dead time of the model in samples: what the log shows, as far as the reference is known ahead."""
-    if not period > 0.0:
-        return 0
-    known = np.floor(ahead / period + ROUNDED)
-    return int(max(0.0, min(float(late.samples), known)))
 
 
 def _with_lateness(fit: Fit, late: Lateness | None, period: float, delay: int = 0) -> Fit:
