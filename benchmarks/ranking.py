@@ -51,7 +51,7 @@ def ranked(mechanism: str, seed: int) -> dict[str, Any]:
         begun = time.process_time()
         try:
             fit = dehyst.identify(record, name)
-            demand = fit.model.ahead(fit.model.inverse().simulate(reference, at))
+            demand = fit.model.ahead(fit.model.inverse().simulate(reference, at), at)
         except DehystError as fault:
             found[name] = {"reason": str(fault)}
             continue

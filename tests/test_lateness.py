@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import dehyst
-from dehyst.families import Stretch, Training
+from dehyst.families import Stretch, Training, example
 from dehyst.families import _elements as elements
 from places import DATA
 
@@ -165,8 +165,19 @@ def test_a_reference_sent_ahead_is_followed():
     wanted = model.prompt.simulate(x, t)
     sent = model.ahead(model.inverse().simulate(wanted, t))
     np.testing.assert_allclose(model.simulate(sent, t)[10:], wanted[10:], atol=2e-3)
-    assert model.ahead(x, 5).tolist() == [*x[2:], x[-1], x[-1]]
+    assert model.ahead(x).tolist() == pytest.approx([*x[10:], *np.repeat(x[-1], 10)], abs=1e-12)
     assert LOOP.ahead(x) is x
+
+
+@pytest.mark.parametrize("step", [0.005, 0.01, 0.02, 0.05])
+def test_a_dead_time_is_one_in_seconds_at_any_period(step):
+    """The dead time was as many samples as in the log, whatever the time between samples."""
+    model = dataclasses.replace(example("generalised-pi"), dead_time=0.1, period=STEP)
+    t = step * np.arange(round(20.0 / step))
+    wanted = 0.5 * np.sin(t)
+    sent = model.ahead(model.inverse().simulate(wanted, t), t)
+    late = round(0.1 / step)
+    np.testing.assert_allclose(model.simulate(sent, t)[late:-late], wanted[late:-late], atol=2e-3)
 
 
 @pytest.mark.parametrize("samples", [3, -3])

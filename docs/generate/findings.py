@@ -395,9 +395,9 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "a sensor or a filter, has this effect. Looked for by `--family auto` where the input turns more often "
             "than there are blocks.",
             "The dead time is in the model (`dead_time_s`): `dehyst compensate` sends each value that much before its "
-            "time, and an exported compensator wants its reference that much ahead. Where the reference is not known "
-            "ahead, or a sensor is late and not the actuator: `--ahead 0`. If the logging does it, log both columns by "
-            "one clock, unfiltered, or move one.",
+            "time, and an exported compensator wants its reference that much ahead. If a sensor is late and not the "
+            "actuator: `dehyst compensate --ahead 0`. If the reference is not known ahead: identify with `--ahead 0`. "
+            "If the logging does it, log both columns by one clock, unfiltered, or move one.",
         ),
         "output-early": (
             "The same with the output moved back, where the error falls to {EARLY_ERROR:%}: the input was logged late.",
@@ -658,10 +658,10 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Smooth the reference, sample it more finely, or raise `--eps` when identifying.",
         ),
         "dead-time": (
-            "The model has a dead time of the actuator: each computed value stands that much before the output that "
-            "it is for, and an exported compensator wants its reference that much ahead.",
-            "Nothing, where the reference is known ahead; else identify with `--ahead 0`. `dehyst compensate --ahead "
-            "0` leaves values beside their outputs.",
+            "The model has a dead time: each computed value stands that much before the output that it is for, and an "
+            "exported compensator wants its reference that much ahead.",
+            "Nothing, where the actuator is late and the reference known ahead; else identify with `--ahead 0`. Where "
+            "only the sensor is late, `dehyst compensate --ahead 0`.",
         ),
         "memory-unknown": (
             "With `--unknown-state` nothing is assumed of the past, or for models without a bound that it was between "

@@ -1,4 +1,4 @@
-"""Tables of explanation/gain-or-compensator.md, from what benchmarks/gains.py measured; it takes an hour, so its result
+"""Tables of explanation/gain-or-compensator.md, from what benchmarks/gains.py measured; it takes two hours, so its result
 lies beside this file."""
 
 from __future__ import annotations

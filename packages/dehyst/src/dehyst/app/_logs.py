@@ -323,8 +323,8 @@ def dead_time_findings(model: Model, cure: str) -> list[Finding]:
     return [
         Finding(
             "dead-time",
-            f"the actuator answers {model.dead_time:.3g} s late, which no inverse undoes: {cure}, or the output "
-            f"follows what is wanted {model.dead_time:.3g} s behind.",
+            f"the log was {model.dead_time:.3g} s late. If the actuator is, which no inverse undoes, {cure}, or the "
+            f"output follows what is wanted {model.dead_time:.3g} s behind. If only the sensor is, nothing is to do.",
         )
     ]
 

@@ -369,13 +369,23 @@ def _sent_ahead(
                 log=str(request.log),
             )
         time = model.period * np.arange(played.answer.size, dtype=np.float64)
+    if ahead >= float(time[-1] - time[0]):
+        raise ParameterError(
+            f"each value is to be sent {ahead:.3g} s before its time (--ahead, in seconds), and the reference is "
+            f"{time[-1] - time[0]:.3g} s long: nothing of it would be left. Give a longer reference, or --ahead 0.",
+            ahead=ahead,
+        )
     columns: dict[str, Array] = {}
     for name, values in played.columns.items():
         columns[name] = np.asarray(np.interp(time + ahead, time, values))
+    why = f"as typed; the model's own dead time is {model.dead_time:.3g} s"
+    if ahead == model.dead_time:
+        why = "the dead time of the model"
     finding = Finding(
         "dead-time",
-        f"each computed value stands {ahead:.3g} s before the output that it is for, since the actuator answers that "
-        f"late; the last one is held. For values beside their outputs, type --ahead 0.",
+        f"each computed value stands {ahead:.3g} s before the output that it is for ({why}). The values of the first "
+        f"{ahead:.3g} s are not there any more, so let the reference begin with a rest; the last one is held. For "
+        f"values beside their outputs, as where only the sensor is late, type --ahead 0.",
     )
     return replace(played, columns=columns), [finding]
 

@@ -101,8 +101,8 @@ class IdentifyRequest(LogsRequest):
         metavar="N",
     )
     ahead: str = option(
-        "How long before its time the reference is known, for a dead time: auto takes all that the log shows into the "
-        "model, 0 nothing [s].",
+        "Longest dead time that the model may have, which is how long before its time the reference is known: auto, "
+        "what the log shows; 0, none [s].",
         "auto",
         metavar="auto|SECONDS",
     )
@@ -181,8 +181,7 @@ class CompensateRequest(SimulateRequest):
         "Column of the wanted output; by default the model's.", flag="--output"
     )
     ahead: str = option(
-        "How long before its time each value is written: auto, the dead time of the model; 0 at the time of the "
-        "output that it is for [s].",
+        "How long before its output each value is written: auto, the dead time of the model; 0, beside it [s].",
         "auto",
         metavar="auto|SECONDS",
     )

@@ -463,11 +463,30 @@ class ElementModel(LoopModel):
         way = np.linspace(at, turn, PRELUDE + 1)[1:]
         return self.columns(way, np.zeros(PRELUDE), memory)[1]
 
-    def ahead(self, demand: Array, every: int = 1) -> Array:
-        """As many samples earlier as inputs are under way."""
-        # With thinned samples the dead time counts in those that remain.
-        late = round(self.delay / every)
-        return np.concatenate([demand[late:], np.repeat(demand[-1:], min(late, demand.size))])
+    def ahead(self, demand: Array, time: npt.ArrayLike | None = None) -> Array:
+        """Earlier by the dead time."""
+        if not self.dead_time:
+            return demand
+        at = self.period * np.arange(demand.size)
+        if time is not None:
+            at = np.asarray(time, dtype=np.float64)
+        return np.asarray(np.interp(at + self.dead_time, at, demand))
+
+    def simulate(
+        self, x: npt.ArrayLike, time: npt.ArrayLike | None = None, **signals: npt.ArrayLike
+    ) -> Array:
+        """As `LoopModel.simulate`; the dead time is in seconds where there are time stamps."""
+        model = self._sampled(time)
+        return super(ElementModel, model).simulate(x, time, **signals)
+
+    def _sampled(self, time: npt.ArrayLike | None) -> ElementModel:
+        """The same where the dead time is as many samples as fit into it at these time stamps."""
+        if not self.dead_time or time is None or np.size(time) < 2:
+            return self
+        step = float(np.median(np.diff(np.asarray(time, dtype=np.float64))))
+        if not step > 0.0 or round(self.dead_time / step) == self.delay:
+            return self
+        return replace(self, dead_time=round(self.dead_time / step) * self.period)
 
     def run(
         self, x: Array, dt: Array | None, memory: Array, scheduling: Array | None = None

@@ -478,8 +478,14 @@ def late(time: float, unit: str, percent: tuple[float, float], taken: float) -> 
         part = "" if taken >= time else f" {_span(taken, unit)} of"
         cure = (
             f"The model has{part} it as its dead time: `dehyst compensate` sends each value that much before its time, "
-            f"and an exported compensator wants its reference that much ahead. If the reference is not known ahead, or "
-            f"a sensor is late and not the actuator, identify with --ahead 0."
+            f"and an exported compensator wants its reference that much ahead. If a sensor is late and not the "
+            f"actuator, keep the model and send nothing ahead (`dehyst compensate --ahead 0`). If the actuator is, and "
+            f"nobody knows the reference before it is due, identify with --ahead 0."
+        )
+    elif unit != "s":
+        cure = (
+            "The model has no dead time, since the log has no time: name the time column (--time), or the seconds "
+            "from row to row (--dt). If the logging does it, move the column."
         )
     return Finding(
         "output-late",

@@ -87,7 +87,7 @@ def tracking_errors(
 def _demand(model: Any, x: Array, y: Array, time: Array | None, every: int) -> Array | None:
     try:
         return np.asarray(
-            np.clip(model.ahead(model.inverse().simulate(y, time), every), x.min(), x.max())
+            np.clip(model.ahead(model.inverse().simulate(y, time), time), x.min(), x.max())
         )
     except DehystError:  # no inverse
         return None

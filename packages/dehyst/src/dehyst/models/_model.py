@@ -285,10 +285,15 @@ class Model(ABC):
         """The same without dead time; itself where there is none."""
         return self
 
-    def ahead(self, demand: Array, every: int = 1) -> Array:
+    def ahead(self, demand: Array, time: npt.ArrayLike | None = None) -> Array:
         """Return what the inverse asks for along an output (T,), earlier by the dead time: when it has to be sent.
 
-        `every` which sample of the log there is. The last value is held.
+        Parameters
+        ----------
+        demand
+            Of the inverse, (T,); the last value is held. [input]
+        time
+            (T,), increasing; without it the samples have the period of the log. [s]
         """
         return demand
 

@@ -183,7 +183,7 @@ def _elements(model: Any, record: Recording, schedules: Schedules) -> Prediction
         creep[piece] = y - quick
         if not model.no_inverse:
             demand = model.inverse().simulate(record.output[piece], time, **signals)
-            drive[piece] = model.ahead(demand)
+            drive[piece] = model.ahead(demand, time)
     prediction = Prediction(response, loop)
     if not model.no_inverse:
         prediction = replace(prediction, drive=drive)
