@@ -1,5 +1,5 @@
-"""Tables of explanation/gain-or-compensator.md, from what benchmarks/gains.py measured; it takes two hours, so its result
-lies beside this file."""
+"""Tables of explanation/gain-or-compensator.md, from what benchmarks/gains.py measured; it takes two hours, so its
+result lies beside this file."""
 
 from __future__ import annotations
 
