@@ -78,7 +78,8 @@ REFERENCE = {
     "warnings.md": findings.page,
 } | models.pages()
 PAGES = {f"reference/{name}": make for name, make in REFERENCE.items()} | {
-    "decisions/README.md": decisions
+    "decisions/README.md": decisions,
+    "../packages/dehyst-robot/src/dehyst_robot/report/gains.csv": gains.of_report,
 }
 
 
@@ -123,7 +124,7 @@ def with_part(text: str, name: str, part: str) -> str:
 
 def generated_pages() -> dict[Path, str]:
     """Return every page, or part of a page, that is made from the source, with its up-to-date text."""
-    pages = {DOCS / name: make() for name, make in PAGES.items()}
+    pages = {(DOCS / name).resolve(): make() for name, make in PAGES.items()}
     for (name, part), make in PARTS.items():
         path = DOCS / name
         pages[path] = with_part(pages.get(path) or path.read_text(encoding="utf-8"), part, make())
@@ -179,16 +180,17 @@ def main() -> int:
         print(headlines())
         return 0
     check, chosen = given.check, {page.resolve() for page in given.pages}
+    generated = generated_pages()
+    shown = [*written_pages(), *written_notebooks()]
+    unknown = chosen - {*generated, *shown}
+    if unknown:
+        parser.error(f"no page of the docs: {', '.join(map(str, sorted(unknown)))}")
     stale = [
         path
-        for path, text in generated_pages().items()
+        for path, text in generated.items()
         if _chosen(path, chosen) and _put(path, text, check)
     ]
-    stale += [
-        path
-        for path in [*written_pages(), *written_notebooks()]
-        if _chosen(path, chosen) and _refresh(path, check)
-    ]
+    stale += [path for path in shown if _chosen(path, chosen) and _refresh(path, check)]
     for path in stale:
         print(f"{'not up to date' if check else 'wrote'}: {path.relative_to(ROOT)}")
     if not check and not chosen:

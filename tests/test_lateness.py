@@ -107,6 +107,23 @@ def test_a_compensator_that_sends_ahead_tracks_where_one_that_does_not_lags():
     assert errors[0] < 0.3 * errors[1]
 
 
+@pytest.mark.slow
+def test_where_only_the_sensor_is_late_nothing_is_to_be_sent_ahead():
+    """Lags in the inverse, as `ahead=0` leaves them, lead the true output as much as the preview does."""
+    t, x = strokes(True)
+    y = noisy(shifted(LOOP.simulate(x), 8), 0.002)
+    wanted = 0.7 * strokes(True, 3000, seed=4)[1]
+    at = STEP * np.arange(wanted.size)
+    errors = {}
+    for ahead in (None, 0.0):
+        model = identify(x, y, t, "compensate", ahead=ahead).model
+        sent = model.inverse().simulate(wanted, at)
+        errors[ahead, "at once"] = np.std((LOOP.simulate(sent) - wanted)[50:-50])
+        errors[ahead, "ahead"] = np.std((LOOP.simulate(model.ahead(sent, at)) - wanted)[50:-50])
+    best = errors.pop((None, "at once"))
+    assert best < 0.3 * min(errors.values())
+
+
 @pytest.mark.parametrize(
     ("settings", "cure"),
     [

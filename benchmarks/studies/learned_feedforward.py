@@ -98,17 +98,6 @@ class LearnedFeedforward:
         self.samples += angle.size
         return term
 
-    def reset(self, angle: float) -> None:
-        """Needed by the protocol only."""
-
-    def step(self, angle: float, velocity: float) -> float:
-        """Needed by the protocol only."""
-        raise NotImplementedError("it is evaluated along a whole path: over().")
-
-    def output(self) -> float:
-        """Needed by the protocol only."""
-        raise NotImplementedError("it is evaluated along a whole path: over().")
-
 
 def travelled(angle: Array, play: float = PLAY) -> Array:
     """Return the way (T,) that an angle has travelled, small steps left out. [rad]

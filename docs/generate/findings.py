@@ -712,6 +712,11 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "the log: what happens within a period is lost. Often milliseconds were typed where seconds are meant.",
             "Give `--period` in seconds, about that of the log or shorter.",
         ),
+        "dead-time-rounded": (
+            "A forward unit delays by whole periods, and the dead time of its model is further than "
+            "{ROUNDED_DEAD_TIME:%} from a whole number of them.",
+            "Run it with the `--period` that the message names, of which the dead time is a multiple.",
+        ),
         "many-operators": (
             "{MANY_OPERATORS} operators or more are exported: the step that turns the whole stack around moves all of "
             "them, and tables and state grow with them.",

@@ -6,6 +6,7 @@ from __future__ import annotations
 import csv
 import math
 from collections import defaultdict
+from collections.abc import Iterator
 from pathlib import Path
 from statistics import median
 
@@ -15,6 +16,7 @@ CONDITIONS, NAMES, TRIALS = (
     ("off", "paper", "best"),
     ("fast", "slow", "slow_no_integrator"),
 )
+PAPER = "6"  # its pole [1/s]
 OFFSETS = "realistic without sensors"  # what no loop sees
 HEAD = "fast | slow | slow, no integrator |"
 Key = tuple[str, str, str, str, str]  # conditions, joints that move, joint, mechanism, seed
@@ -53,26 +55,41 @@ def grouped(
 
 def over_poles() -> str:
     """Errors over the poles, medians over mechanisms and seeds."""
-    cells, highest = read()
     lines = [f"| plant | joint | pole [1/s] | {HEAD} seeds |", "|---|---|---|---|---|---|---|"]
+    for conditions, joint, pole, top, errors, seeds in _rows_over_poles():
+        name = pole
+        if pole == "highest":
+            name = f"**{top:.1f}**, highest"
+        elif float(pole) > top:
+            name += " (no margins)"
+        lines.append(f"| {conditions} | {joint} | {name} | {' | '.join(errors)} | {seeds} |")
+    return "\n".join(lines)
+
+
+def of_report() -> str:
+    """The rows that the report of `dehyst reproduce` shows: the paper's pole and the highest one, as CSV."""
+    lines = ["conditions,joint,pole_1_s,fast,slow,slow_no_integrator"]
+    for conditions, joint, pole, top, errors, _ in _rows_over_poles():
+        if pole == "highest":
+            lines.append(",".join((conditions, joint, f"{top:.1f}", *errors)))
+        elif pole == PAPER:
+            lines.append(",".join((conditions, joint, pole, *errors)))
+    return "\n".join(lines) + "\n"
+
+
+def _rows_over_poles() -> Iterator[tuple[str, str, str, float, list[str], int]]:
+    """Conditions, joint, pole, the highest pole, off, paper and best for each trial, and number of seeds."""
+    cells, highest = read()
     for (conditions, moving, joint), keys in grouped(cells, 3).items():
         top = median(highest[key]["off"] for key in keys)
         poles = sorted({pole for key in keys for _, pole, _ in cells[key]} - {"highest"}, key=float)
         for pole in sorted([*poles, "highest"], key=lambda p: top if p == "highest" else float(p)):
-            name = f"**{top:.1f}**, highest" if pole == "highest" else pole
-            name += " (no margins)" if pole != "highest" and float(pole) > top else ""
-            shown = " | ".join(
-                _three([cells[key] for key in keys], pole, trial) for trial in TRIALS
-            )
-            seeds = {
-                key[4]
-                for key in keys
-                if any((found, pole) == at[:2] for at in cells[key] for found in NAMES)
-            }
-            lines.append(
-                f"| {conditions} | {_named(joint, moving)} | {name} | {shown} | {len(seeds)} |"
-            )
-    return "\n".join(lines)
+            errors = [_three([cells[key] for key in keys], pole, trial) for trial in TRIALS]
+            seeds = set()
+            for key in keys:
+                if any((name, pole) == at[:2] for at in cells[key] for name in NAMES):
+                    seeds.add(key[4])
+            yield conditions, _named(joint, moving), pole, top, errors, len(seeds)
 
 
 def _named(joint: str, moving: str) -> str:

@@ -6,6 +6,8 @@ from __future__ import annotations
 import csv
 import math
 import re
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from statistics import median
 
@@ -89,20 +91,17 @@ def errors() -> str:
     for joint in joints():
         cells = cells_of(joint)
         count = len(draws_of(cells, "off"))
-        lines += [
-            f"Joint {joint}, {count} draws: rms, largest error [mdeg], medians over draws.",
-            "",
-        ]
-        lines += head("rival", HEADS)
-        for name, title in TITLES.items():
-            texts = []
-            for trial in TRIALS:
-                rms = median(errors_of(cells, name, trial))
-                largest = median(errors_of(cells, name, trial, "max_mdeg"))
-                texts.append(f"{digits(rms)}, {digits(largest)}" if rms < math.inf else "lost")
-            lines.append(f"| {title} | {' | '.join(texts)} |")
-        lines.append("")
+        title = f"Joint {joint}, {count} draws: rms, largest error [mdeg], medians over draws."
+        lines += table(title, partial(error_text, cells))
     return "\n".join(lines).rstrip()
+
+
+def error_text(cells: Cells, name: str, trial: str) -> str:
+    """One cell of the table of errors."""
+    rms = median(errors_of(cells, name, trial))
+    if rms == math.inf:
+        return "lost"
+    return f"{digits(rms)}, {digits(median(errors_of(cells, name, trial, 'max_mdeg')))}"
 
 
 def ratios() -> str:
@@ -111,17 +110,19 @@ def ratios() -> str:
     for joint in joints():
         cells = cells_of(joint)
         count = len(draws_of(cells, "off"))
-        lines += [
-            f"Joint {joint}, {count} draws: rms error over that of off, median (10 % to 90 % quantile).",
-            "",
-        ]
-        lines += head("rival", HEADS)
-        for name, title in TITLES.items():
-            if name != "off":
-                texts = [ratio_text(cells, name, trial) for trial in TRIALS]
-                lines.append(f"| {title} | {' | '.join(texts)} |")
-        lines.append("")
+        title = f"Joint {joint}, {count} draws: rms error over that of off, median (10 % to 90 % quantile)."
+        lines += table(title, partial(ratio_text, cells), "off")
     return "\n".join(lines).rstrip()
+
+
+def table(title: str, cell: Callable[[str, str], str], left_out: str = "") -> list[str]:
+    """Return the lines of a table with a row for each rival and a column for each trial."""
+    lines = [title, "", *head("rival", HEADS)]
+    for name, named in TITLES.items():
+        if name != left_out:
+            texts = [cell(name, trial) for trial in TRIALS]
+            lines.append(f"| {named} | {' | '.join(texts)} |")
+    return [*lines, ""]
 
 
 def ratio_text(cells: Cells, name: str, trial: str) -> str:
@@ -141,21 +142,15 @@ def pairs() -> str:
     for joint in joints():
         cells = cells_of(joint)
         for other in ("best", "best at that pole"):
-            lines += [
+            title = (
                 f"Joint {joint}, against {TITLES[other]}: median of the ratios of rms errors, draws with a smaller "
-                f"error, p of Wilcoxon's signed-rank test (both sides).",
-                "",
-            ]
-            lines += head("rival", HEADS)
-            for name, title in TITLES.items():
-                if name != other:
-                    texts = [pair_text(cells, name, trial, other) for trial in TRIALS]
-                    lines.append(f"| {title} | {' | '.join(texts)} |")
-            lines.append("")
+                f"error, p of Wilcoxon's signed-rank test (both sides)."
+            )
+            lines += table(title, partial(pair_text, cells, other), other)
     return "\n".join(lines).rstrip()
 
 
-def pair_text(cells: Cells, name: str, trial: str, other: str) -> str:
+def pair_text(cells: Cells, other: str, name: str, trial: str) -> str:
     """One cell of the table of pairs."""
     values = np.minimum(ratios_to(cells, name, trial, other), LOST)
     wins = int(np.sum(values < 1.0))

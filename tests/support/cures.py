@@ -396,10 +396,15 @@ def weights_that_follow_the_output(folder):
     write_csv(folder / "log.csv", {"time_s": t, "volt": x, "angle": y})
 
 
-def late(folder):
+def late(folder, timed=True):
     x = loops((1.0, 0.6, 0.9, 0.5, 0.8, 1.0, 0.7, 0.9) * 2, 60)
     y = np.concatenate([np.zeros(8), PI.simulate(x)[:-8]]) + noise(x.size, 1e-3)
-    log_of(dehyst.Recording(input=x, output=y, time=0.02 * np.arange(x.size)), folder / "log.csv")
+    time = 0.02 * np.arange(x.size) if timed else None
+    log_of(dehyst.Recording(input=x, output=y, time=time), folder / "log.csv")
+
+
+def late_untimed(folder):
+    late(folder, timed=False)
 
 
 def answers_late(folder):
@@ -550,7 +555,10 @@ CURES: dict[str, list[Cure]] = {
             after="changed",
         )
     ],
-    "output-late": [Cure(late, IDENTIFY, "--ahead 0", after="changed")],
+    "output-late": [
+        Cure(late, IDENTIFY, "identify with (--ahead 0)", "{line} --ahead 0", after="changed"),
+        Cure(late_untimed, IDENTIFY, r"--dt", "{line} {named} 0.02", after="changed"),
+    ],
     "slope-not-guaranteed": [
         Cure(weights_that_follow_the_output, f"{DIRECT} --creep 0", "--no-position-schedule")
     ],
@@ -597,6 +605,14 @@ CURES: dict[str, list[Cure]] = {
             f"{EXPORT} --period 0.01",
             r"(?<=seconds: )[\d.e-]+(?=, or less)",
             "{line} --period {named}",
+        )
+    ],
+    "dead-time-rounded": [
+        Cure(
+            answers_late,
+            f"{EXPORT} --what forward --period 0.04",
+            r"--period [\d.]+\d",
+            f"{EXPORT} --what forward {{named}}",
         )
     ],
     "excerpt-says-little": [

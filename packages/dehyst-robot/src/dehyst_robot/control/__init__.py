@@ -7,6 +7,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from dehyst_robot.control._compensator import Compensator as Compensator
     from dehyst_robot.control._compensator import InverseCompensator as InverseCompensator
+    from dehyst_robot.control._compensator import PathCompensator as PathCompensator
     from dehyst_robot.control._compensator import RampedCompensator as RampedCompensator
     from dehyst_robot.control._compensator import along as along
     from dehyst_robot.control._controller import Controller as Controller
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 __getattr__, __dir__, __all__ = lazy_names(
     "dehyst_robot.control",
     {
-        "_compensator": "Compensator InverseCompensator RampedCompensator along",
+        "_compensator": "Compensator InverseCompensator PathCompensator RampedCompensator along",
         "_controller": "Controller Reading Seat",
         "_joint": "FLAGS JointController JointOutput JointReference SWITCHES",
         "_loop_compensator": "LoopCompensator",

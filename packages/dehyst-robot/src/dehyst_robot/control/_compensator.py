@@ -50,6 +50,14 @@ class Compensator(Protocol):
         """Return the present term [Pa] without advancing, so that it can be faded in and out or exchanged."""
 
 
+@runtime_checkable
+class PathCompensator(Protocol):
+    """A compensator that answers for a whole desired path at once, such as a learned feedforward."""
+
+    def over(self, angle: Array, velocity: Array, time: Array) -> Array:
+        """Return the term (T,) [Pa] along angles [rad], velocities [rad/s] and times [s], (T,) each."""
+
+
 class InverseCompensator:
     r"""The paper's compensator: :math:`\Delta p = H^{-1}[q_d] - k q_d` with an identified model's inverse.
 
@@ -196,7 +204,7 @@ def refuse_second_shear(inverse: Model, shear: float) -> None:
 
 
 def along(
-    compensator: Compensator,
+    compensator: Compensator | PathCompensator,
     angle: npt.ArrayLike,
     velocity: npt.ArrayLike | None = None,
     time: npt.ArrayLike | None = None,
@@ -206,9 +214,9 @@ def along(
     Parameters
     ----------
     compensator
-        Is reset to the first angle, then stepped through the whole path. If it also has a method
-        ``over(angle, velocity, time)`` and `time` is passed, that computes the whole path in one call: it takes a
-        hundredth of the time, and a model that depends on rate gets the speed.
+        Is reset to the first angle, then stepped through the whole path. If it has a method
+        ``over(angle, velocity, time)``, alone or besides, and `time` is passed, that computes the whole path in one
+        call: it takes a hundredth of the time, and a model that depends on rate gets the speed.
     angle
         Desired angles, (T,). [rad]
     velocity
@@ -223,14 +231,16 @@ def along(
     OutputError
         If the compensator returns anything but a finite number: it would reach the valves.
     """
+    at_once = isinstance(compensator, PathCompensator) and time is not None
     missing = []
     for name in ("reset", "step", "output"):
         if not callable(getattr(compensator, name, None)):
             missing.append(name)
-    if missing:
+    if missing and not at_once:
         raise ParameterError(
             f"a {type(compensator).__name__} is no compensator: it lacks {' and '.join(missing)}. Give it "
-            f"reset(angle), step(angle, velocity) -> Pa and output() -> Pa.",
+            f"reset(angle), step(angle, velocity) -> Pa and output() -> Pa; or over(angle, velocity, time) -> Pa, and "
+            f"pass the time.",
             missing=tuple(missing),
         )
     q = models_kit.signal_array(angle, "angle")
@@ -245,10 +255,9 @@ def along(
         raise ParameterError(
             "the desired path is not finite everywhere; a compensator must not be driven with it."
         )
-    # The quick way, of compensators that have it.
-    over = getattr(compensator, "over", None)
-    if time is not None and callable(over) and q.size:
-        return _finite_term(compensator, over(q, qd, _times(time, q.size)), q)
+    if isinstance(compensator, PathCompensator) and time is not None and q.size:
+        return _finite_term(compensator, compensator.over(q, qd, _times(time, q.size)), q)
+    assert isinstance(compensator, Compensator)  # its methods were looked for
     term = np.empty(q.size)
     if q.size:
         compensator.reset(float(q[0]))
@@ -266,7 +275,7 @@ def _times(time: npt.ArrayLike, size: int) -> Array:
     return t
 
 
-def _finite_term(compensator: Compensator, answer: object, q: Array) -> Array:
+def _finite_term(compensator: PathCompensator, answer: object, q: Array) -> Array:
     # What a user's method returns may be anything: all of it becomes one message.
     try:
         term = np.asarray(answer, dtype=np.float64)
@@ -284,7 +293,11 @@ def _finite_term(compensator: Compensator, answer: object, q: Array) -> Array:
 
 
 def _pressure(
-    compensator: Compensator, answer: object, k: int, q: Array, method: str = "step"
+    compensator: Compensator | PathCompensator,
+    answer: object,
+    k: int,
+    q: Array,
+    method: str = "step",
 ) -> float:
     try:
         value = float(answer)  # type: ignore[arg-type]

@@ -2,38 +2,15 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Mapping
+from pathlib import Path
 
 from dehyst.report import PageSection, PageTable
 from dehyst_robot.experiments import Reproduction
 
-Rows = tuple[tuple[str, str, str, str, str], ...]
-# Conditions -> joint, pole, and per trial off, paper, best: rows of docs/explanation/gain-or-compensator.md, which
-# benchmarks/gains.py measures.
-MEASURED: Mapping[str, Rows] = {
-    "realistic": (
-        ("1", "6", "709 → 93.6 → 80.7", "214 → 33.4 → 21.7", "1190 → 129 → 62.1"),
-        ("1", "17.0", "34.8 → 17 → 18.2", "12.8 → 9.54 → 9.37", "147 → 18.1 → 15"),
-        ("2", "6", "792 → 133 → 50.9", "238 → 70.4 → 25.3", "1452 → 242 → 113"),
-        ("2", "15.4", "53.7 → 24.2 → 19.7", "20.8 → 17.3 → 16", "234 → 44.8 → 27.4"),
-        ("4", "6", "2359 → 313 → 121", "822 → 207 → 49", "3266 → 806 → 188"),
-        ("4", "16.8", "164 → 52.7 → 19.2", "44.6 → 29.6 → 9.66", "628 → 162 → 30.7"),
-        ("1 of 1+2+4", "6", "682 → 91.8 → 80.2", "207 → 28.6 → 21.4", "1140 → 79.4 → 64"),
-        ("1 of 1+2+4", "6.3", "589 → 86.7 → 76.3", "178 → 25.7 → 19.4", "1013 → 74.6 → 57.6"),
-        ("2 of 1+2+4", "6", "724 → 116 → 53.1", "230 → 58.2 → 22.8", "1302 → 202 → 102"),
-        ("2 of 1+2+4", "6.3", "654 → 106 → 50", "202 → 53.3 → 22.2", "1199 → 191 → 98.6"),
-        ("4 of 1+2+4", "6", "2354 → 331 → 138", "831 → 218 → 56.1", "3117 → 407 → 150"),
-        ("4 of 1+2+4", "6.3", "2105 → 296 → 133", "714 → 199 → 45.8", "2930 → 388 → 137"),
-    ),
-    "kind": (
-        ("1", "6", "785 → 74 → 50.8", "243 → 33.9 → 11.2", "1263 → 92.1 → 51.7"),
-        ("1", "32.2", "6.68 → 2.53 → 2.4", "1.77 → 0.675 → 0.516", "46.1 → 3.68 → 2.04"),
-        ("2", "6", "929 → 99.7 → 37.5", "282 → 51.4 → 14", "1704 → 154 → 98.8"),
-        ("2", "21.5", "25.1 → 6.65 → 4.6", "6.53 → 2.01 → 0.728", "143 → 13.3 → 8.97"),
-        ("4", "6", "2682 → 384 → 78.4", "968 → 256 → 35.2", "3509 → 652 → 132"),
-        ("4", "33.0", "28 → 15.7 → 2.87", "7.1 → 6.54 → 1.18", "200 → 110 → 5.69"),
-    ),
-}
+# Per trial off, paper, best: rows of docs/explanation/gain-or-compensator.md, written by docs/build.py.
+TABLE = Path(__file__).with_name("gains.csv")
 OF_THE_PROCEDURE = (
     "calibration",
     "identification",
@@ -55,12 +32,22 @@ UNKNOWN = (
 )
 
 
+def measured(conditions: str) -> tuple[tuple[str, ...], ...]:
+    """Return joint, pole, and off, paper and best in each trial under some conditions; nothing for other ones."""
+    rows = []
+    with TABLE.open(encoding="utf-8", newline="") as file:
+        for of_conditions, *cells in csv.reader(file):
+            if of_conditions == conditions:
+                rows.append(tuple(cells))
+    return tuple(rows)
+
+
 def baseline(result: Reproduction) -> PageSection | None:
     """Return what the loops would do at higher gains, where that was measured; None for a result without settings."""
     changes = result.settings.get("changes")
     if not isinstance(changes, Mapping):
         return None
-    rows = MEASURED.get(str(result.settings.get("conditions")), ())
+    rows = measured(str(result.settings.get("conditions")))
     # Another plant than was measured has other numbers, and none are better than wrong ones.
     if not rows or any(key.partition(".")[0] not in OF_THE_PROCEDURE for key in changes):
         return PageSection("gain", "Gain or compensator", (WORDS, UNKNOWN))

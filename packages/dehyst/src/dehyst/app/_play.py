@@ -377,7 +377,7 @@ def _sent_ahead(
         )
     columns: dict[str, Array] = {}
     for name, values in played.columns.items():
-        columns[name] = np.asarray(np.interp(time + ahead, time, values))
+        columns[name] = models_kit.earlier(values, time, ahead)
     why = f"as typed; the model's own dead time is {model.dead_time:.3g} s"
     if ahead == model.dead_time:
         why = "the dead time of the model"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -17,7 +18,7 @@ from dehyst.findings import Finding
 def about_unit(subject: Subject) -> tuple[Finding, ...]:
     """Return what is worth a warning about a unit that is to be exported."""
     findings: list[Finding] = []
-    for about in (_outside, _cost, _coarse, _stalled, _slow, _late):
+    for about in (_outside, _cost, _coarse, _stalled, _slow, _rounded, _late):
         findings += about(subject)
     return tuple(findings)
 
@@ -41,6 +42,22 @@ def _slow(subject: Subject) -> Iterator[Finding]:
     """Say that the unit runs so seldom that what the model knows of time is lost."""
     if subject.period is not None and (why := subject.model.too_slow(subject.period)):
         yield Finding("long-period", why)
+
+
+def _rounded(subject: Subject) -> Iterator[Finding]:
+    """Say that a dead time is no whole number of periods."""
+    dead_time, period = subject.model.dead_time, subject.period
+    # An inverse has none.
+    if subject.what != "forward" or period is None or not dead_time > 0.0:
+        return
+    rounded = period * round(dead_time / period)
+    if abs(rounded - dead_time) > POLICY.rounded_dead_time * dead_time:
+        whole = dead_time / math.ceil(dead_time / period)
+        yield Finding(
+            "dead-time-rounded",
+            f"the dead time of the model, {dead_time:.4g} s, is {dead_time / period:.3g} periods of {period:.4g} s: "
+            f"the unit delays by {rounded:.4g} s. To keep it run the unit every {whole:.6g} s (--period {whole:.6g}).",
+        )
 
 
 def _late(subject: Subject) -> Iterator[Finding]:

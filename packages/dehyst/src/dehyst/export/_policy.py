@@ -26,6 +26,8 @@ class ExportPolicy:
     excerpt_share: float = 0.1
     # From so many operators on the cost of a step is worth a word. [operators]
     many_operators: int = 1000
+    # A dead time that is rounded to whole periods by more than this share of it is worth a word.
+    rounded_dead_time: float = 0.02
 
 
 POLICY = ExportPolicy()

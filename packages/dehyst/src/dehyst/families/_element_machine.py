@@ -88,6 +88,9 @@ def element_machine(
     An inverse block takes wanted outputs half of the slow loop's height beyond its ends: so much creep and rate may
     add. Dead time counts forward.
     """
+    if direction == "inverse":
+        # An inverse block answers at once: its reference is given ahead.
+        model = model.prompt
     low, high = models_kit.declared_range(model.card.input, range)
     period = models_kit.parameter_number(_usual(model) if period is None else period, "period")
     _refuse_period(model, direction, period)
@@ -221,7 +224,7 @@ def _made(
         kind=tuple(kind), schedule=tuple(schedule), radius=tuple(radius), gain=tuple(sum_.gains(period).tolist()),
         weight=tuple(weight), maps=tuple(element_maps), offset=model.offset, before=maps[0], after=maps[1],
         low=x_range[0], high=x_range[1], source=tuple(source), schedule_low=tuple(schedule_low),
-        schedule_high=tuple(schedule_high), solves=solves, delay=0 if inverse else round(model.dead_time / period),
+        schedule_high=tuple(schedule_high), solves=solves, delay=round(model.dead_time / period),
         start=start, numbers=numbers, fingerprint=0,
     )  # fmt: skip
     # The fingerprint covers every field, so that exported code and model cannot be mixed up.

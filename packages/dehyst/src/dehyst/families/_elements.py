@@ -467,10 +467,10 @@ class ElementModel(LoopModel):
         """Earlier by the dead time."""
         if not self.dead_time:
             return demand
-        at = self.period * np.arange(demand.size)
+        at = self.period * np.arange(demand.size, dtype=np.float64)
         if time is not None:
             at = np.asarray(time, dtype=np.float64)
-        return np.asarray(np.interp(at + self.dead_time, at, demand))
+        return models_kit.earlier(demand, at, self.dead_time)
 
     def simulate(
         self, x: npt.ArrayLike, time: npt.ArrayLike | None = None, **signals: npt.ArrayLike

@@ -95,13 +95,11 @@ def _lateness(training: Training, chosen: ScoredSum, turns: int) -> Lateness | N
     turns
         Of the input within it. With no more turns than blocks, some block has none, and the answer is None.
     """
-    first = max(1, round(training.samples / (turns + 1) / STEPS))
     if turns <= BLOCKS:
         return None
-    promise = _promised(training, chosen, first)
-    if abs(promise) < POLICY.promised_error:
+    if abs(_promised(training, chosen, _first_step(training, turns))) < POLICY.promised_error:
         return None
-    late = _best_shift(training, chosen, turns, first if promise > 0.0 else -first)
+    late = _best_shift(training, chosen, turns)
     share = POLICY.late_error if late.samples > 0 else POLICY.early_error
     if abs(late.samples) < POLICY.least_shift or not late.shifted < share * late.without:
         return None
@@ -125,22 +123,19 @@ def _nearer(training: Training, chosen: ScoredSum, turns: int, late: Lateness) -
         The shift by which it was moved.
     """
     moved = training.late(late.samples)
-    first = max(1, round(training.samples / (turns + 1) / STEPS))
-    more = _best_shift(moved, chosen, turns, _toward_less(moved, chosen, first))
+    more = _best_shift(moved, chosen, turns)
     if more.shifted * POLICY.smaller_model > more.without or not late.samples + more.samples > 0:
         return late
     return Lateness(late.samples + more.samples, late.without, more.shifted)
 
 
-def _toward_less(training: Training, chosen: ScoredSum, step: int) -> int:
-    """Return a step to the side where the squared error falls."""
-    if _promised(training, chosen, step) > 0.0:
-        return step
-    return -step
+def _first_step(training: Training, turns: int) -> int:
+    """A hundredth of a stroke, in samples."""
+    return max(1, round(training.samples / (turns + 1) / STEPS))
 
 
-def _best_shift(training: Training, chosen: ScoredSum, turns: int, first: int) -> Lateness:
-    """Return the shift with the least score, to the side of the first step: in steps that double, then halve."""
+def _best_shift(training: Training, chosen: ScoredSum, turns: int) -> Lateness:
+    """Return the shift with the least score, to the side where the squared error falls."""
     scores: dict[int, float] = {}
 
     def score(shift: int) -> float:
@@ -149,7 +144,9 @@ def _best_shift(training: Training, chosen: ScoredSum, turns: int, first: int) -
         return scores[shift]
 
     # Upwards in steps that double, as long as the score falls ...
-    best, step = 0, first
+    best, step = 0, _first_step(training, turns)
+    if _promised(training, chosen, step) < 0.0:
+        step = -step
     while abs(best + step) * FARTHEST * (turns + 1) <= training.samples:
         if not score(best + step) < score(best):
             break

@@ -605,6 +605,11 @@ class Steps(ABC):
         return self.period
 
 
+def earlier(values: Array, time: Array, seconds: float) -> Array:
+    """Return values (T,) moved to earlier times [s], (T,): between samples on a line, the last one held."""
+    return np.asarray(np.interp(time + seconds, time, values))
+
+
 def require_model(model: object, cure: str) -> Model:
     """Return the model.
 

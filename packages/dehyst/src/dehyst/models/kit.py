@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from dehyst.models._model import Inverted as Inverted
     from dehyst.models._model import Steps as Steps
     from dehyst.models._model import WeightTable as WeightTable
+    from dehyst.models._model import earlier as earlier
     from dehyst.models._model import require_model as require_model
     from dehyst.models._model import without_inverse as without_inverse
     from dehyst.models._offset import following as following
@@ -48,7 +49,7 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_card": "NO_CARD in_units_of",
         "_follow": "follow",
         "_machine": "Direction EPS_FLOAT Machine Operator declared_range",
-        "_model": "Inverted Steps WeightTable require_model without_inverse",
+        "_model": "Inverted Steps WeightTable earlier require_model without_inverse",
         "_offset": "following offset_numbers range_width",
         "_speed": "faster_than_log",
         "_start": "ABOUT DEFAULT MODEL PASTS UNKNOWN begun check_start",

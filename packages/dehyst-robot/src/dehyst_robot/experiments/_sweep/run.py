@@ -284,6 +284,7 @@ def _dask_client(workers: int, address: str | None) -> Iterator[Any]:
             "threads_per_worker": 1,
         }
         with ExitStack() as stack:
+            stack.enter_context(_environment_restored())
             # A run that dies is tried once more alone, not four times among others.
             stack.enter_context(dask_settings({"distributed.scheduler.allowed-failures": 0}))
             cluster = distributed.LocalCluster(
@@ -311,6 +312,18 @@ def _dask_client(workers: int, address: str | None) -> Iterator[Any]:
                 address=address,
             )
         yield client
+
+
+@contextmanager
+def _environment_restored() -> Iterator[None]:
+    """Take back what Dask sets for its workers in the environment of this process: one thread, a seed of hashes."""
+    before = dict(os.environ)
+    try:
+        yield
+    finally:
+        for name in os.environ.keys() - before.keys():
+            del os.environ[name]
+        os.environ.update(before)
 
 
 def _ignore_ctrl_c() -> None:
