@@ -543,8 +543,8 @@ CURES: dict[str, list[Cure]] = {
         Cure(
             under_two_loads,
             f"identify log.csv log2.csv {PAIR} --family pi",
-            "--family direct-inverse --load load_N",
-            f"identify log.csv log2.csv {PAIR} {{named}} --creep 0",
+            r"--schedule \w+",
+            f"identify log.csv log2.csv {PAIR} {{named}}",
         )
     ],
     "dead-time": [
@@ -574,7 +574,7 @@ CURES: dict[str, list[Cure]] = {
     "schedule-once": [
         Cure(
             direct_log(load=0.4, tips=TIPS * 2),
-            f"{DIRECT} --load load_N --creep 0",
+            f"{DIRECT} --schedule load=load_N --creep 0",
             "--train-fraction",
             "{line} {named} 0.9",
         )

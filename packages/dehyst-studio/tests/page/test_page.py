@@ -89,7 +89,7 @@ def test_every_option_that_a_message_prescribes_has_a_control_in_the_studio():
     source = (STUDIO / "page" / "src" / "options.ts").read_text(encoding="utf-8")
     controls = set(re.findall(r'option\((?:true|false), "(--[a-z-]+)"', source))
     controls |= {"--input", "--output", "--run", "--sheet", "--from", "--to", "--family", "--for"}
-    controls |= {"--load", "--mean-pressure"}
+    controls |= {"--schedule"}
     elsewhere = {
         "--shear",
         "--families",

@@ -52,7 +52,7 @@ def identify(run, folder, *more, log="log.csv"):
 
 @pytest.mark.slow
 def test_the_verdict_the_comparison_and_the_evidence_are_printed(run, folder):
-    status, out, err = identify(run, folder, "--creep", "3", "--load", "load_N")
+    status, out, err = identify(run, folder, "--creep", "3", "--schedule", "load=load_N")
     assert (status, err) == (0, "")
     flat = " ".join(out.split())
     for words in ("direct-inverse,", "modified-pi forward", "dependence on time (creep): found",
@@ -62,7 +62,9 @@ def test_the_verdict_the_comparison_and_the_evidence_are_printed(run, folder):
 
 @pytest.mark.slow
 def test_json_holds_both_errors_and_the_table(run, folder):
-    status, out, err = identify(run, folder, "--creep-times", "4", "--load", "load_N", "--json")
+    status, out, err = identify(
+        run, folder, "--creep-times", "4", "--schedule", "load=load_N", "--json"
+    )
     assert (status, err) == (0, "")
     result = json.loads(out, parse_constant=pytest.fail)
     assert result["family"] == "direct-inverse"
@@ -74,18 +76,19 @@ def test_json_holds_both_errors_and_the_table(run, folder):
     assert [row["family"] for row in result["table"] if row["chosen"]] == ["direct-inverse"]
     assert {"modified-pi", "static"} < {row["family"] for row in result["table"]}
     assert {"rate", "creep"} == {each["group"] for each in result["evidence"]}
-    rec = dehyst.read_log(folder / "log.csv", U, Y)
-    load = dehyst.read_signal(folder / "log.csv", "load_N").values
-    fit = dehyst.identify(rec, "direct-inverse", load=load, units={"load": "N"}, creep_times=[4.0])
+    rec = dehyst.read_log(folder / "log.csv", U, Y, schedules={"load": "load_N"})
+    fit = dehyst.identify(rec, "direct-inverse", creep_times=[4.0])
     assert result["test"]["rmse"] == pytest.approx(fit.test.rmse, rel=1e-9)
 
 
 @pytest.mark.slow
 def test_a_saved_compensator_follows_a_reference_and_is_read_forward(run, folder, tmp_path):
     model, out = tmp_path / "m.json", tmp_path / "u.csv"
-    assert identify(run, folder, "--save", model, "--load", "load_N", "--creep", "2")[0] == 0
+    assert (
+        identify(run, folder, "--save", model, "--schedule", "load=load_N", "--creep", "2")[0] == 0
+    )
     arguments = ("compensate", model, folder / "reference.csv", "--output", Y, "--start", "model")
-    status, _, err = run(*arguments, "--load", "load_N", "--out", out)
+    status, _, err = run(*arguments, "--schedule", "load=load_N", "--out", out)
     assert status == 0, err
     loaded = dehyst.load(model)
     reference = dehyst.read_signal(folder / "reference.csv", Y)
@@ -95,9 +98,9 @@ def test_a_saved_compensator_follows_a_reference_and_is_read_forward(run, folder
     )
     np.testing.assert_allclose(asked_for, expected.u, rtol=1e-9, atol=1e-12)
     assert run(*arguments)[0] == 2
-    assert "--load" in run(*arguments)[2]
+    assert "--schedule load=COLUMN" in run(*arguments)[2]
     status, text, err = run(
-        "simulate", model, folder / "reference.csv", "--input", U, "--load", "load_N"
+        "simulate", model, folder / "reference.csv", "--input", U, "--schedule", "load=load_N"
     )
     assert status == 0, err
     assert text.splitlines()[0].endswith("model_angle [deg]")
@@ -109,7 +112,7 @@ def test_a_model_without_schedule_refuses_a_column_for_one_and_needs_time_only_f
     model = tmp_path / "m.json"
     assert identify(run, folder, "--save", model, "--creep", "0", log="plain.csv")[0] == 0
     status, _, err = run(
-        "compensate", model, folder / "reference.csv", "--output", Y, "--load", "load_N"
+        "compensate", model, folder / "reference.csv", "--output", Y, "--schedule", "load=load_N"
     )
     assert status == 2 and "does not depend on load" in err
     status, text, _ = run("compensate", model, folder / "reference.csv", "--output", Y)
@@ -125,9 +128,9 @@ def test_a_model_without_schedule_refuses_a_column_for_one_and_needs_time_only_f
         (("--creep", "-2"), "creep"),
         (("--creep-times", "4,a"), "--creep-times"),
         (("--creep", "3", "--creep-times", "4,20"), "both given"),
-        (("--load", "mean_bar"), "force or torque"),
-        (("--mean-pressure", "load_N"), "pressure"),
-        (("--load", "no_such"), "no_such"),
+        (("--schedule", "load=mean_bar"), "force or torque"),
+        (("--schedule", "mean_pressure=load_N"), "pressure"),
+        (("--schedule", "load=no_such"), "no_such"),
         (("--initial-state", "asleep"), "initial_state"),
     ],
 )
@@ -142,7 +145,7 @@ def test_what_does_not_fit_is_refused_with_a_cure(run, folder, arguments, words)
 def test_a_load_that_is_a_mass_stays_one_and_no_force_is_taken_for_it(run, folder, tmp_path):
     model, out = tmp_path / "m.json", tmp_path / "u.csv"
     status, text, err = identify(
-        run, folder, "--load", "load_kg", "--creep", "0", "--save", model, log="mass.csv"
+        run, folder, "--schedule", "load=load_kg", "--creep", "0", "--save", model, log="mass.csv"
     )
     assert status == 0, err
     assert "kg (a mass; no joint controller takes it)" in " ".join(text.split())
@@ -155,22 +158,33 @@ def test_a_load_that_is_a_mass_stays_one_and_no_force_is_taken_for_it(run, folde
     )
     answers = []
     for column in ("load_kg", "load_g"):
-        status, _, err = run("compensate", model, tmp_path / "r.csv", "--output", Y, "--load", column, "--out", out,
+        load = "--schedule", f"load={column}"
+        status, _, err = run("compensate", model, tmp_path / "r.csv", "--output", Y, *load, "--out", out,
                              "--overwrite")  # fmt: skip
         assert status == 0, err
         answers.append(np.loadtxt(out, delimiter=",", skiprows=1, usecols=2))
     np.testing.assert_allclose(answers[0], answers[1])
-    status, _, err = run("compensate", model, tmp_path / "r.csv", "--output", Y, "--load", "load_N")
+    status, _, err = run(
+        "compensate", model, tmp_path / "r.csv", "--output", Y, "--schedule", "load=load_N"
+    )
     assert status == 2 and "a mass is not a force" in " ".join(err.split())
     force = tmp_path / "f.json"
     assert (
-        identify(run, folder, "--load", "load_N", "--creep", "0", "--save", force, log="mass.csv")[
-            0
-        ]
+        identify(
+            run,
+            folder,
+            "--schedule",
+            "load=load_N",
+            "--creep",
+            "0",
+            "--save",
+            force,
+            log="mass.csv",
+        )[0]
         == 0
     )
     status, _, err = run(
-        "compensate", force, tmp_path / "r.csv", "--output", Y, "--load", "load_kg"
+        "compensate", force, tmp_path / "r.csv", "--output", Y, "--schedule", "load=load_kg"
     )
     assert status == 2 and "a mass is not a force" in " ".join(err.split())
 
@@ -179,7 +193,7 @@ def test_a_load_that_is_a_mass_stays_one_and_no_force_is_taken_for_it(run, folde
 def test_runs_under_different_loads_are_fitted_in_one_call_and_the_refusal_of_one_says_so(
     run, folder
 ):
-    more = ("--load", "load_g", "--creep", "0")
+    more = ("--schedule", "load=load_g", "--creep", "0")
     status, _, err = identify(run, folder, "--run", "light", *more, log="runs.csv")
     assert status == 2 and "repeat --run" in " ".join(err.split())
     status, out, err = identify(
@@ -193,8 +207,6 @@ def test_runs_under_different_loads_are_fitted_in_one_call_and_the_refusal_of_on
 def test_other_families_refuse_its_options(run, folder):
     for option in (
         ("--creep", "3"),
-        ("--load", "load_N"),
-        ("--mean-pressure", "mean_bar"),
         ("--creep-times", "4"),
     ):
         status, _, err = run("identify", folder / "log.csv", "--input", U, "--output", Y, *option)
@@ -214,7 +226,16 @@ def test_commands_for_forward_models_name_the_way_out(run, folder, tmp_path):
 def test_the_report_shows_the_loop_first_and_runs_nothing(run, folder, tmp_path):
     page, figures = tmp_path / "r.html", tmp_path / "figures"
     status, _, err = identify(
-        run, folder, "--load", "load_N", "--creep", "3", "--report", page, "--figures", figures
+        run,
+        folder,
+        "--schedule",
+        "load=load_N",
+        "--creep",
+        "3",
+        "--report",
+        page,
+        "--figures",
+        figures,
     )
     assert status == 0, err
     text = page.read_text(encoding="utf-8")
@@ -240,12 +261,20 @@ def test_the_report_shows_the_loop_first_and_runs_nothing(run, folder, tmp_path)
 def test_a_drift_is_not_told_from_a_mass_where_the_model_has_a_force(run, folder, tmp_path):
     model = tmp_path / "m.json"
     assert (
-        identify(run, folder, "--load", "load_N", "--creep", "0", "--save", model, log="mass.csv")[
-            0
-        ]
+        identify(
+            run,
+            folder,
+            "--schedule",
+            "load=load_N",
+            "--creep",
+            "0",
+            "--save",
+            model,
+            log="mass.csv",
+        )[0]
         == 0
     )
-    status, _, err = run("drift", model, folder / "mass.csv", "--load", "load_kg")
+    status, _, err = run("drift", model, folder / "mass.csv", "--schedule", "load=load_kg")
     assert status == 2 and "a mass is not a force" in " ".join(err.split())
 
 

@@ -443,9 +443,11 @@ def test_a_direct_inverse_that_depends_on_a_load_needs_it():
         y.size
     )
     later = dehyst.Recording(input=u, output=y, time=t)
-    assert "--load" in dehyst.drift(model, later).verdict
-    assert dehyst.drift(model, later, load=load).status == "unchanged"
-    assert dehyst.drift(model, later, load=np.full(2401, 10.0)).status == "drifted"
+    assert "--schedule load=COLUMN" in dehyst.drift(model, later).verdict
+    loaded = dataclasses.replace(later, schedules={"load": load}, schedule_units={"load": "N"})
+    assert dehyst.drift(model, loaded).status == "unchanged"
+    wrong = dataclasses.replace(loaded, schedules={"load": np.full(2401, 10.0)})
+    assert dehyst.drift(model, wrong).status == "drifted"
 
 
 @pytest.mark.slow
@@ -576,7 +578,10 @@ def loaded_log(model, seed, samples=9600):
     }
     t = 0.02 * np.arange(samples)
     u = model.run(y, t, given=given).u + 0.005 * rng.standard_normal(samples)
-    return dehyst.Recording(input=u, output=y, time=t, name=f"log {seed}"), given
+    units = {"load": "N", "mean_pressure": "bar"}
+    return dehyst.Recording(
+        input=u, output=y, time=t, name=f"log {seed}", schedules=given, schedule_units=units
+    )
 
 
 @pytest.mark.exhaustive
@@ -587,14 +592,10 @@ def test_a_scheduled_inverse_says_which_of_its_parts_changed_and_is_renewed_with
     referred,
 ):
     old = scheduled()
-    reference, at_first = loaded_log(old, 1)
+    reference = loaded_log(old, 1) if referred else None
 
     def asked(rig, **more):
-        log, given = loaded_log(rig, 2)
-        signals = {
-            name: [given[name], at_first[name]] if referred else [given[name]] for name in given
-        }
-        return dehyst.drift(old, log, reference=reference if referred else None, **signals, **more)
+        return dehyst.drift(old, loaded_log(rig, 2), reference=reference, **more)
 
     assert asked(old).status == "unchanged"
     worn = asked(scheduled(stop=0.8), refit=True)
@@ -604,10 +605,8 @@ def test_a_scheduled_inverse_says_which_of_its_parts_changed_and_is_renewed_with
     assert asked(scheduled(line=1.1)).change("gain").drifted
     assert worn.acceptance.accepted
     assert {schedule.name for schedule in worn.model.outside} <= {"load", "mean_pressure"}
-    log, given = loaded_log(scheduled(stop=0.8), 5)
-    errors = [
-        dehyst.drift(model, log, **given).logs[0].error_percent for model in (worn.model, old)
-    ]
+    log = loaded_log(scheduled(stop=0.8), 5)
+    errors = [dehyst.drift(model, log).logs[0].error_percent for model in (worn.model, old)]
     assert errors[0] < 0.5 * errors[1]
 
 

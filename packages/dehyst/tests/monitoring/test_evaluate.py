@@ -111,11 +111,11 @@ def test_what_cannot_be_scored_says_why_and_the_others_are():
         schedules=(dehyst.models.Schedule("load", 0.0, 1.0, "N"),),
         card=CARD,
     )
-    assert "--load" in dehyst.evaluate(scheduled, log())["direct-inverse"].reason
-    assert (
-        dehyst.evaluate(scheduled, log(), load=np.zeros(X.size))["direct-inverse"].output
-        is not None
+    assert "--schedule load=" in dehyst.evaluate(scheduled, log())["direct-inverse"].reason
+    loaded = dataclasses.replace(
+        log(), schedules={"load": np.zeros(X.size)}, schedule_units={"load": "N"}
     )
+    assert dehyst.evaluate(scheduled, loaded)["direct-inverse"].output is not None
 
 
 def codes(found):

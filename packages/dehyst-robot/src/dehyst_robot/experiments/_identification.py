@@ -38,12 +38,12 @@ def identify_torque(files: Sequence[Path], chosen: Recipe) -> Fit:
 
     ``dehyst identify LOG --family direct-inverse --input sheared_torque_Nm --output angle_rad`` has the same code path.
     """
-    records = [read_log(file, input=SHEARED, output=ANGLE, time=TIME) for file in files]
-    mean_pressures = None
+    schedules = {}
     if "mean_pressure" in chosen.schedules:
-        mean_pressures = [
-            read_log(file, input=MEAN, output=ANGLE, time=TIME).input for file in files
-        ]
+        schedules["mean_pressure"] = MEAN
+    records = []
+    for file in files:
+        records.append(read_log(file, input=SHEARED, output=ANGLE, time=TIME, schedules=schedules))
     creep: str | int = 0
     if chosen.time_constants:
         creep = "auto"
@@ -52,8 +52,6 @@ def identify_torque(files: Sequence[Path], chosen: Recipe) -> Fit:
         DirectInverse.family,
         creep=creep,
         creep_times=chosen.time_constants or None,
-        mean_pressure=mean_pressures,
-        units={"mean_pressure": "bar"},
         initial_state="rest",
         train_fraction=1.0,
         position_schedule=not chosen.stops_only,

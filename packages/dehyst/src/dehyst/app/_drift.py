@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from rich.table import Column
 from rich.text import Text
 
 from dehyst.app._ending import Status, concluding
-from dehyst.app._logs import Read, Shares, recordings_of, signals_of, verdict_findings
+from dehyst.app._logs import Read, Shares, recordings_of, verdict_findings, with_schedules
 from dehyst.app._policy import POLICY
 from dehyst.app._targets import PAGE, refuse_clashes
 from dehyst.app._terminal import ask_progress, print_findings, print_json, table, terminal
@@ -56,7 +55,11 @@ def run_drift(request: DriftRequest) -> None:
                     "--reference is one recording, and --from and --to name several parts. Name one of them."
                 )
             every = [*read, (request.reference, None, reference)]
-        signals: dict[str, Any] = dict(signals_of(request, every, model.context)[0])
+        every = with_schedules(request, every, model.context)
+        if reference is not None:
+            *read, (_, _, reference) = every
+        else:
+            read = every
     with ask_progress("comparing", request.json):
         result = drift(
             model,
@@ -66,7 +69,6 @@ def run_drift(request: DriftRequest) -> None:
             least=request.least,
             ignore=request.ignore,
             refit=request.refit is not None,
-            **signals,
         ).with_unusable(unusable)
     if request.refit is not None and result.acceptance is not None and result.acceptance.accepted:
         result.model.save(request.refit)

@@ -9,7 +9,7 @@ from rich.table import Column
 from rich.text import Text
 
 from dehyst.app._ending import Status, concluding
-from dehyst.app._logs import Read, Shares, recordings_of, signals_of, verdict_findings
+from dehyst.app._logs import Read, Shares, recordings_of, verdict_findings, with_schedules
 from dehyst.app._terminal import (
     ask_progress,
     print_end,
@@ -21,7 +21,7 @@ from dehyst.app._terminal import (
 from dehyst.app.requests import EvaluateRequest
 from dehyst.errors import ColumnError, ParameterError
 from dehyst.findings import Finding
-from dehyst.models import Model, load
+from dehyst.models import Model, SignalCard, load
 from dehyst.models import kit as models_kit
 from dehyst.monitoring import Evaluation, Scored, evaluate
 from dehyst.shell import command
@@ -39,16 +39,16 @@ def run_evaluate(request: EvaluateRequest) -> None:
         )
     with ask_progress("reading", request.json) as progress:
         read = _read(request, list(models.values()), progress)
-        signals, _ = signals_of(
-            request, read, [card for model in models.values() for card in model.context]
-        )
+        cards: list[SignalCard] = []
+        for model in models.values():
+            cards += model.context
+        read = with_schedules(request, read, cards)
     with ask_progress("evaluating", request.json):
         evaluation = evaluate(
             models,
             [record for *_, record in read],
             follow_offset=request.follow_offset,
             start=request.begin or models_kit.DEFAULT,
-            **signals,
         )
     # A script may ask the status whether one of the models can run.
     with nullcontext() if evaluation.run else concluding(Status.NO):

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dehyst.app._logs import named_columns, read_logs, seconds_ahead, signals_of
+from dehyst.app._logs import named_columns, read_logs, seconds_ahead
 from dehyst.app._targets import (
     MODEL,
     PAGE,
@@ -75,8 +75,6 @@ def _refuse_options(request: IdentifyRequest) -> None:
     direct = {
         "--creep": request.creep is not None,
         "--creep-times": request.creep_times is not None,
-        "--load": request.load is not None,
-        "--mean-pressure": request.mean_pressure is not None,
         "--no-position-schedule": not request.position_schedule,
     }
     forward = {
@@ -156,19 +154,15 @@ def _identify(request: IdentifyRequest) -> tuple[Fit, StepCost | None]:
 def _identify_direct(request: IdentifyRequest) -> Fit:
     with ask_progress("reading", request.json) as progress:
         read = read_logs(request, progress)
-        signals, units = signals_of(request, read)
-    more: dict[str, Any] = dict(signals)
     with ask_progress("identifying", request.json):
         return identify(
             [record for _, _, record in read],
             DIRECT,
             creep="auto" if request.creep is None else request.creep,
             creep_times=_numbers("--creep-times", request.creep_times, "seconds", "4,25,150"),
-            units=units,
             position_schedule=request.position_schedule,
             initial_state=request.initial_state,
             train_fraction=request.train_fraction,
-            **more,
         )
 
 

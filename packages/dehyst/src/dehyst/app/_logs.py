@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import chain, zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
@@ -25,6 +26,7 @@ from dehyst.arrays import Array
 from dehyst.data import Recording
 from dehyst.errors import ColumnError, ParameterError, UnitError
 from dehyst.findings import Finding, Grade, doubt_in, grade_in
+from dehyst.io import kit as io_kit
 from dehyst.io import read_log, read_signal
 from dehyst.models import Model, ModelCard, SignalCard
 from dehyst.models import kit as models_kit
@@ -40,7 +42,9 @@ Shares: TypeAlias = Callable[[float], None]  # takes the share of a log that was
 R = TypeVar("R", IdentifyRequest, CompareRequest)
 
 # Dimensions that a scheduling column may have; a unit that is not known passes.
-DIMENSIONS = {"load": ("force", "torque"), "mean_pressure": ("pressure",)}
+LOAD = "load"
+# What the controllers of joints take by these names. Every other name stands for whatever it is.
+DIMENSIONS = {LOAD: ("force", "torque"), "mean_pressure": ("pressure",)}
 
 
 def log_part(request: Any) -> dict[str, Any]:
@@ -135,12 +139,13 @@ def _choice(command: str, log: Path, summary: LogSummary) -> ColumnError:
 def read_logs(request: IdentifyRequest | CompareRequest, progress: Shares) -> list[Read]:
     """Return the recordings of a request whose columns are named, each with its log and run."""
     columns = request.input or "", request.output or ""
-    return [
-        (log, run, read_log(log, *columns, run=run, progress=progress, **part))
-        for log in request.logs
-        for run in request.runs or (None,)
-        for part in parts_of(request)
-    ]
+    read: list[Read] = []
+    for log in request.logs:
+        for run in request.runs or (None,):
+            for part in parts_of(request):
+                record = read_log(log, *columns, run=run, progress=progress, **part)
+                read.append((log, run, record))
+    return with_schedules(request, read)
 
 
 def recordings_of(
@@ -156,54 +161,85 @@ def recordings_of(
         yield read_log(log, *columns, run=run, progress=progress, **part)
 
 
-def signals_of(
-    request: IdentifyRequest | DriftRequest | EvaluateRequest,
-    read: Sequence[Read],
-    cards: Iterable[SignalCard] = (),
-) -> tuple[dict[str, list[Array]], dict[str, str]]:
-    """Scheduling signals by name, one for each recording, and their units: those of the first card, else of the log."""
-    signals: dict[str, list[Array]] = {}
-    units = {card.name: card.unit for card in reversed([*cards])}
-    for name, column in _schedules(request).items():
-        signals[name] = []
-        for log, run, record in read:
-            signal = read_signal(
-                log, column, time=request.time, run=run, time_unit=request.time_unit, sheet=request.sheet,
-                missing="drop", dt=request.dt,
-            )  # fmt: skip
+def with_schedules(
+    request: LogsRequest, read: Sequence[Read], cards: Sequence[SignalCard] = ()
+) -> list[Read]:
+    """Return recordings with their schedules: the columns that were named, and those of the cards that there are.
+
+    They are in the units of the cards, else in that of the first log.
+    """
+    units: dict[str, str] = {}
+    for card in reversed(cards):
+        units[card.name] = card.unit
+    complete = []
+    for log, run, record in read:
+        schedules = {}
+        for name, column, signal in _schedule_columns(request, log, run, cards):
             values, own_unit = schedule_values(name, column, signal, units.get(name, ""))
             # Where no card names a unit the first log decides, and the later ones are converted to it.
             units[name] = units.get(name) or own_unit
-            signals[name].append(at_samples(name, column, signal, values, record, len(record)))
-    return signals, {name: units[name] for name in signals}
+            converted = replace(signal, values=values)
+            schedules[name] = io_kit.at_samples(name, converted, record, len(record))
+        own_units = {name: units[name] for name in schedules}
+        complete.append((log, run, replace(record, schedules=schedules, schedule_units=own_units)))
+    return complete
+
+
+def _schedule_columns(
+    request: LogsRequest | SimulateRequest,
+    log: Path,
+    run: str | None,
+    cards: Iterable[SignalCard],
+) -> list[tuple[str, str, LogSignal]]:
+    """Return name, column and signal of the schedules that were typed, and of those of the cards that there are."""
+    read = partial(
+        read_signal, log, run=run, missing="drop", time=request.time, time_unit=request.time_unit, dt=request.dt,
+        sheet=request.sheet,
+    )  # fmt: skip
+    schedules: dict[str, tuple[str, LogSignal]] = {}
+    for text in request.schedules:
+        name, separator, column = text.partition("=")
+        signal = read(column or name)
+        if not separator:
+            name, column = signal.name, name
+        schedules[name] = column, signal
+    for card in cards:
+        if card.name in schedules:
+            continue
+        try:
+            signal = read(card.name)
+        except ColumnError:
+            # The one who needs it says so.
+            continue
+        schedules[card.name] = card.name, signal
+    return [(name, column, signal) for name, (column, signal) in schedules.items()]
 
 
 def given_of(
     request: SimulateRequest, model: Model, signal: LogSignal
 ) -> tuple[dict[str, Array], list[Finding]]:
     """Scheduling variables that the model needs, from the columns that were named."""
-    named = _schedules(request)
+    columns = {}
+    for name, column, read in _schedule_columns(request, request.log, request.run, model.context):
+        columns[name] = column, read
     # A column that nothing depends on was typed for another model, most likely.
-    spare = [name for name in named if name not in model.needs]
+    spare = [name for name in columns if name not in model.needs]
     if spare:
         raise ParameterError(
-            f"'{request.model}' does not depend on {' or '.join(spare)}; leave out {' and '.join(map(_flag, spare))}."
+            f"'{request.model}' does not depend on {' or '.join(spare)}; leave out --schedule {' and '.join(spare)}."
         )
     values: dict[str, Array] = {}
     findings: list[Finding] = []
     for card in model.context:
-        name, column = card.name, named.get(card.name)
-        if column is None or name not in DIMENSIONS:
+        name = card.name
+        if name not in columns:
             raise ParameterError(
                 f"'{request.model}' depends on {name}: name the column that holds it in '{request.log}' with "
                 f"{_flag(name)} ({card.low:zg} to {card.high:zg} {card.unit})."
             )
-        read = read_signal(
-            request.log, column, time=request.time, run=request.run, time_unit=request.time_unit, sheet=request.sheet,
-            missing="drop", dt=request.dt,
-        )  # fmt: skip
+        column, read = columns[name]
         if card.unit in MASS_FACTORS or (
-            card.unit and name == "load" and mass_unit(column, read.unit)
+            card.unit and name == LOAD and mass_unit(column, read.unit)
         ):
             converted = schedule_values(name, column, read, card.unit)[0]
         else:
@@ -212,23 +248,14 @@ def given_of(
                 card, read.values, read.unit, f"'{read.name}'"
             )
             findings += unit_findings
-        values[name] = at_samples(
-            name, column, read, np.asarray(converted), signal, signal.values.size
-        )
+        complete = replace(read, values=np.asarray(converted))
+        values[name] = io_kit.at_samples(name, complete, signal, signal.values.size)
         findings += outside(values[name], card, name, "it is held at the end of its range")
     return values, findings
 
 
-def _schedules(
-    request: IdentifyRequest | DriftRequest | EvaluateRequest | SimulateRequest,
-) -> dict[str, str]:
-    """Scheduling variable -> the column that was named for it."""
-    named = {"load": request.load, "mean_pressure": request.mean_pressure}
-    return {name: column for name, column in named.items() if column is not None}
-
-
 def _flag(name: str) -> str:
-    return f"--{name.replace('_', '-')}"
+    return f"--schedule {name}=COLUMN"
 
 
 def schedule_values(name: str, column: str, signal: LogSignal, unit: str) -> tuple[Array, str]:
@@ -237,7 +264,7 @@ def schedule_values(name: str, column: str, signal: LogSignal, unit: str) -> tup
     A load may be a force, a torque or a mass, and stays what it is: weights that are learnt for kilograms are for
     kilograms, and none of the three can be turned into another here.
     """
-    mass = mass_unit(column, signal.unit) if name == "load" else ""
+    mass = mass_unit(column, signal.unit) if name == LOAD else ""
     if not mass:
         refuse_unit(name, signal)
     own_unit = mass or signal.unit
@@ -245,8 +272,9 @@ def schedule_values(name: str, column: str, signal: LogSignal, unit: str) -> tup
         # Only a mass is converted to a mass.
         if not (unit in MASS_FACTORS and mass):
             raise UnitError(
-                f"{_flag(name)} '{column}' is in {own_unit or 'no unit that is named'}, and the load so far in {unit}: "
-                f"a mass is not a force, and which force it stands for depends on the rig. Name a column in {unit}.",
+                f"--schedule {name} '{column}' is in {own_unit or 'no unit that is named'}, and the load so far in "
+                f"{unit}: a mass is not a force, and which force it stands for depends on the rig. Name a column in "
+                f"{unit}.",
                 unit=own_unit,
             )
         return signal.values * (MASS_FACTORS[mass] / MASS_FACTORS[unit]), unit
@@ -257,43 +285,13 @@ def schedule_values(name: str, column: str, signal: LogSignal, unit: str) -> tup
 
 def refuse_unit(name: str, signal: LogSignal) -> None:
     """Refuse a column of another dimension than its schedule."""
-    allowed, measured = DIMENSIONS[name], dimension(signal.unit)
-    if measured and measured not in allowed:
+    allowed, measured = DIMENSIONS.get(name, ()), dimension(signal.unit)
+    if allowed and measured and measured not in allowed:
         raise UnitError(
-            f"{_flag(name)} names column '{signal.name}' in {signal.unit}, a unit of {measured}; it takes "
+            f"--schedule {name} names column '{signal.name}' in {signal.unit}, a unit of {measured}; it takes "
             f"{' or '.join((*allowed, 'mass') if name == 'load' else allowed)}. Name the column that holds it.",
             unit=signal.unit,
         )
-
-
-def at_samples(
-    name: str,
-    column: str,
-    signal: LogSignal,
-    values: Array,
-    record: Recording | LogSignal,
-    size: int,
-) -> Array:
-    """Bring a scheduling column to the samples of a recording or a signal."""
-    if record.time is None or signal.time is None:
-        # Without a clock the only thing that says which samples belong together is their number.
-        if values.size != size:
-            raise ColumnError(
-                f"{_flag(name)} '{column}' has {values.size} samples and the recording {size}, and without time "
-                f"stamps they cannot be brought together. Name the time column (--time).",
-                column=column,
-            )
-        return values
-    first, last = float(record.time[0]), float(record.time[-1])
-    missing = max(0.0, float(signal.time[0]) - first) + max(0.0, last - float(signal.time[-1]))
-    if missing > POLICY.uncovered * (last - first):
-        raise ColumnError(
-            f"{_flag(name)} '{column}' has values from {signal.time[0]:.6g} s to {signal.time[-1]:.6g} s, but the "
-            f"recording lasts from {first:.6g} s to {last:.6g} s. Cut it with --from and --to, or name a column that "
-            f"covers it.",
-            column=column,
-        )
-    return np.interp(record.time, signal.time, values)
 
 
 def outside(values: Array, card: SignalCard, role: str, consequence: str) -> list[Finding]:

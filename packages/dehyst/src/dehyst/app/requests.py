@@ -23,8 +23,10 @@ COMMON = {  # name of a field -> its flag and its help, the same in every comman
     "runs": ("--run", "Run to use, if a log holds several; repeat for more."),
     "start": ("--from", "Leave out samples before this time [s]."),
     "stop": ("--to", "Leave out samples from this time on [s]."),
-    "load": ("--load", "direct-inverse: column of the load (force, torque, mass)."),
-    "mean_pressure": ("--mean-pressure", "direct-inverse: column of the mean pressure."),
+    "schedules": (
+        "--schedule",
+        "Column of another signal that changes the loop (load, temperature, voltage); repeat for a second.",
+    ),
     "train_fraction": (
         "--train-fraction",
         "Share of each log that is fitted; the rest is the test. By default half, or of three logs whole ones.",
@@ -78,6 +80,7 @@ class LogsRequest:
     stop: tuple[float, ...] = option(
         "Leave out samples from this time on [s].", default=(), flag="--to"
     )
+    schedules: tuple[str, ...] = option(default=(), metavar="[NAME=]COLUMN")
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,8 +132,6 @@ class IdentifyRequest(LogsRequest):
     )
     creep: int | None = option("direct-inverse: number of time constants; by default as it helps.")
     creep_times: str | None = option("direct-inverse: time constants instead, e.g. 4,25,150 [s].")
-    load: str | None = option()
-    mean_pressure: str | None = option()
     position_schedule: bool = option(
         "direct-inverse: whether weights may change with the output.",
         True,
@@ -158,8 +159,7 @@ class SimulateRequest:
     start: float | None = option()
     stop: float | None = option()
     out: Path | None = option("CSV file to write; without it, CSV goes to the terminal.")
-    load: str | None = option()
-    mean_pressure: str | None = option()
+    schedules: tuple[str, ...] = option(default=(), metavar="[NAME=]COLUMN")
     unknown_state: bool = option(
         "Assume nothing of the past: middle, low and high instead of one value.", False
     )
@@ -256,8 +256,6 @@ class DriftRequest(LogsRequest):
     )
     false_alarm: float = option("Probability of a false alarm allowed to the whole call.", 0.01)
     least: float | None = option("Smallest change worth reporting, rms in percent of range.")
-    load: str | None = option()
-    mean_pressure: str | None = option()
     ignore: tuple[str, ...] = option("Part that does not count, e.g. offset; repeat for more.", ())
     refit: Path | None = option("Identify anew; write this JSON file only if it is better.")
     report: Path | None = option()
@@ -344,8 +342,6 @@ class EvaluateRequest(LogsRequest):
     output: str | None = option(OUTPUT)
     models: tuple[Path, ...] = argument("Model files, of any family.", metavar="MODEL...")
     log: Path = argument("Log that they were not identified from, such as one of use.")
-    load: str | None = option()
-    mean_pressure: str | None = option()
     begin: str | None = option(BEGIN, flag="--start", metavar=PASTS)
     follow_offset: float | None = option(
         "Score with an offset that follows the last cycle, within this share of the output's range.",

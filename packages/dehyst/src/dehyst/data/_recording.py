@@ -75,6 +75,9 @@ class Recording(Plotted):
         What reading the log found and cured.
     provenance
         Where the samples came from: file, columns, rows.
+    schedules, schedule_units
+        Further signals by name, (T,) each, that change the loop, such as temperature, load or voltage, and their
+        units: `identify` lets the weights of a model go with them.
     left_out
         Indices of samples that count in no fit and no score: at least one of their values is none that was measured.
         `identify` and its relatives add the outliers that they find.
@@ -107,6 +110,8 @@ class Recording(Plotted):
     findings: tuple[Finding, ...] = ()
     provenance: Mapping[str, Any] = field(default_factory=dict)
     left_out: tuple[int, ...] = ()
+    schedules: Mapping[str, Array] = field(default_factory=dict)
+    schedule_units: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         put = object.__setattr__  # frozen: normalise once, here
@@ -116,6 +121,15 @@ class Recording(Plotted):
         put(self, "provenance", dict(self.provenance))
         put(self, "breaks", tuple(int(k) for k in self.breaks))
         put(self, "left_out", tuple(sorted({int(k) for k in self.left_out})))
+        schedules = {}
+        for name, values in dict(self.schedules).items():
+            schedules[str(name)] = _signal(values, f"schedule '{name}'", self.name)
+        put(self, "schedules", schedules)
+        put(
+            self,
+            "schedule_units",
+            {name: str(self.schedule_units.get(name, "")) for name in schedules},
+        )
         if self.input.size != self.output.size:
             raise RecordingError(
                 f"recording '{self.name}' has {self.input.size} input samples but {self.output.size} output "
@@ -142,6 +156,15 @@ class Recording(Plotted):
                 f"{self.left_out[0]} to {self.left_out[-1]}.",
                 left_out=self.left_out,
             )
+        for name, values in self.schedules.items():
+            if values.size != self.input.size:
+                raise RecordingError(
+                    f"schedule '{name}' of recording '{self.name}' has {values.size} values for {self.input.size} "
+                    f"samples. Pass one value for each sample.",
+                    schedule=name,
+                    values=values.size,
+                    samples=self.input.size,
+                )
         if self.time is not None:
             self._check_time(edges)
 
@@ -222,7 +245,7 @@ class Recording(Plotted):
         return dehyst.read_log(frame, input, output, time=time, **more)
 
     def to_frame(self, backend: str = "pandas") -> Any:
-        """Return the samples as a frame of "pandas", "polars" or "pyarrow": time_s, input and output with units.
+        """Return the samples as a frame of "pandas", "polars" or "pyarrow": time_s and all signals, with their units.
 
         Examples
         --------
@@ -231,6 +254,9 @@ class Recording(Plotted):
         """
         columns = {} if self.time is None else {"time_s": self.time}
         columns |= {self.input_label: self.input, self.output_label: self.output}
+        for name, values in self.schedules.items():
+            unit = self.schedule_units[name]
+            columns[f"{name} [{unit}]" if unit else name] = values
         try:
             import narwhals
 

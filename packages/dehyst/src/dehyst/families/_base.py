@@ -260,7 +260,7 @@ class LoopModel(Model):
         if inverse:
             first = partial(first_input, self)
             return LoopStepper(self, self.run_inverse, self.scaling.swapped(), first, period)
-        return LoopStepper(self, self.run, self.scaling, float, period)
+        return LoopStepper(self, self.run, self.scaling, same_input, period)
 
     def parameters(self) -> dict[str, Any]:
         """Return the parameters by name, plain values; scaling, start and card left out."""
@@ -332,6 +332,11 @@ class LoopModel(Model):
         return np.diff(stamps, prepend=stamps[:1])
 
 
+def same_input(first: float, **more: Array) -> float:
+    """The first input of a model that is given inputs."""
+    return float(first)
+
+
 class InverseLoop(models_kit.Inverted[LoopModel]):
     """The input that an output needs; made by ``model.inverse()``. The memory of both is the same."""
 
@@ -363,8 +368,8 @@ class InverseLoop(models_kit.Inverted[LoopModel]):
             return outputs
         scaled = np.ascontiguousarray((outputs - of._scale().level) / of.scaling.amplitude)
         # The start is that of the model, so the input is needed that answers the first output.
-        memory = of.before(first_input(of, float(scaled[0])))
         more = of._more(signals, outputs.size)
+        memory = of.before(first_input(of, float(scaled[0]), **more))
         inputs, _ = of.run_inverse(scaled, of._steps(time, outputs.size), memory, **more)
         return of._answer(np.asarray(of.scaling.center + of.scaling.half_range * inputs))
 
@@ -388,7 +393,7 @@ class LoopStepper(models_kit.Steps):
         model: LoopModel,
         run: Callable[..., tuple[Array, Array]],
         scaling: Scaling,
-        first: Callable[[float], float],
+        first: Callable[..., float],
         period: float | None,
     ) -> None:
         super().__init__(model, period)
@@ -438,15 +443,15 @@ class LoopStepper(models_kit.Steps):
             self.rejected_ever = True
             return self.output
         scaled = (value - self._from) / self._unit
+        more = self._model._more(signals, 1) if signals or self._needs else {}
         passed = 0.0
         if self._memory is None:
-            self._memory = self._model.before(self._first(scaled))
+            self._memory = self._model.before(self._first(scaled, **more))
         else:
             passed = self._passed(period)
         self._value[0] = scaled
         if self._dt is not None:
             self._dt[0] = passed
-        more = self._model._more(signals, 1) if signals or self._needs else {}
         answer, self._memory = self._run(self._value, self._dt, self._memory, **more)
         self.output = float(self._onto + self._size * answer[0])
         return self.output

@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
@@ -286,7 +287,7 @@ class Workshop:
         self.training, self.direction, self.groups = training, direction, frozenset(groups)
         self.pace = pace_of(training, direction)
         self.start = start or self._best_start()
-        self.columns = columns_of(groups, RAMPS[direction], self.pace)
+        self.columns = columns_of(groups, RAMPS[direction], self.pace, len(training.schedules))
         self.bank = self._bank(self.columns, self.start)
         self.sums = self._sums(self.columns, self.bank, OF_MAP[direction])
         self.later_sums = self._sums(self.columns, self.bank, OF_MAP[direction], self.bank.folds[1])
@@ -341,7 +342,13 @@ class Workshop:
                 yield self._rms(weights.outputs(sums[rows, number]), rows)
             else:
                 elements = self.columns.elements(all_weights[:, number])
-                inverse = ElementModel(elements, weights.offset, start=self.start)
+                inverse = ElementModel(
+                    elements,
+                    weights.offset,
+                    schedules=self.training.schedules,
+                    signals=self.training.signals,
+                    start=self.start,
+                )
                 yield self._rms(self._solved(inverse, rows), rows)
 
     def _program(self, groups: tuple[str, ...], mapped: bool) -> tuple[Program, Marks | None]:
@@ -410,15 +417,22 @@ class Workshop:
     ) -> tuple[Weights, float]:
         """Return the weights of a sum that has fewer terms and is next to the full one, also on other motions."""
         signal, dt = self._probe
+        schedules = len(self.training.schedules)
+        # A sum is linear in its schedules, so that their ends are enough.
+        ends = (0.0, 1.0)[: 1 + min(schedules, 1)]
+        motions = list(product((1.0, -1.0), ends))
         every = -(-2 * signal.size // PROBED_ROWS)
         probed = np.arange(0, signal.size, every)
         template = ElementModel(columns.cells, start=self.start, scaling=self._seen_scaling())
-        seen, probes = self.bank.target.size, 2 * probed.size
+        seen, probes = self.bank.target.size, len(motions) * probed.size
         rows = np.empty((seen + probes, columns.cell.size))
         rows[:seen] = self.bank.values[:, self.columns.of(chosen.sum.groups)]
-        for sign, begin in ((1.0, seen), (-1.0, seen + probed.size)):
+        begin = seen
+        for sign, end in motions:
             of_motion = rows[begin : begin + probed.size]
-            _fill_rows(of_motion, columns, template, sign * signal, dt, probed)
+            xi = np.full((signal.size, schedules), end)
+            _fill_rows(of_motion, columns, template, sign * signal, dt, probed, xi)
+            begin += probed.size
         of_log = np.arange(len(rows)) < seen
         balance = np.full(probes, float(self.bank.weight.sum()) / max(probes, 1))
         teacher = Teacher(
@@ -455,6 +469,8 @@ class Workshop:
             after_map=(tuple(weights.inner.tolist()), tuple(weights.outer.tolist())),
             direction=self.direction,
             period=self.training.period,
+            schedules=self.training.schedules,
+            signals=self.training.signals,
             row=row,
             scaling=self.training.scaling,
             start=self.start,
@@ -473,18 +489,17 @@ class Workshop:
         for number in np.unique(places[:, 0]):
             stretch = self.training.stretches[number]
             at = places[places[:, 0] == number, 1]
-            # The solution runs from the beginning of the stretch, so that its memory is its own.
-            part = slice(0, int(at[-1]) + 1)
-            dt = None
-            if model.rate_dependent and stretch.dt is not None:
-                dt = stretch.dt[part]
-            y, _ = model.run_inverse(stretch.x[part], dt, model.before(float(stretch.y[0])))
+            # The solution runs from the beginning of the stretch, so that its memory is its own. Such a sum is one
+            # of outputs, so input and output change places.
+            turned = replace(stretch, x=stretch.y, y=stretch.x)
+            y = turned.run_inverse(model, float(stretch.y[0]), int(at[-1]) + 1)
             solved.append(y[at])
         return np.concatenate(solved)
 
     def _best_start(self) -> str:
         """The start state from which plays and stops err least; the first one, unless another is better by 2 %."""
-        columns = columns_of(("play", "stop"), RAMPS[self.direction], None)
+        schedules = len(self.training.schedules)
+        columns = columns_of(("play", "stop"), RAMPS[self.direction], None, schedules)
         every_column = np.arange(columns.cell.size)
         least, best = np.inf, ""
         for start in STARTS[self.direction]:
@@ -536,7 +551,8 @@ class Workshop:
             if self.direction == "inverse":
                 argument, sum_values = stretch.y, stretch.x
             of_stretch = values[filled : filled + rows.size]
-            _fill_rows(of_stretch, columns, template, argument, stretch.dt, rows)
+            xi = self.training.xi(stretch)
+            _fill_rows(of_stretch, columns, template, argument, stretch.dt, rows, xi)
             filled += rows.size
             target.append(sum_values[rows])
             output.append(stretch.y[rows])
@@ -568,6 +584,7 @@ def _fill_rows(
     signal: Array,
     dt: Array | None,
     rows: Numbers,
+    xi: Array,
 ) -> None:
     """Fill in the columns (K, p) at some samples of a signal; the elements run over all samples up to the last row."""
     memory = template.before(float(signal[0]))
@@ -580,9 +597,10 @@ def _fill_rows(
             steps = dt[begin:end]
         e, memory = template.columns(signal[begin:end], steps, memory)
         first, last = np.searchsorted(rows, [begin, end])
-        if last - first < len(e):
-            e = e[rows[first:last] - begin]
-        values[first:last] = columns.values(e)
+        chosen = rows[first:last]
+        if chosen.size < len(e):
+            e = e[chosen - begin]
+        values[first:last] = columns.values(e, xi[chosen])
 
 
 def pace_of(training: Training, direction: str) -> Pace | None:

@@ -14,12 +14,15 @@ So weights that are not negative give a sum that rises with x; the program needs
 - of lags in time (creep; viscous plays, whose loop widens with the rate),
 - of the rate, up to where it saturates (dampers),
 - of Dahl's lag along the way.
+
+With a schedule xi, from 0 to 1, every column stands there twice, times 1 - xi and times xi, so that its weight goes
+from one value to another with the schedule; and a level goes with xi. Two schedules add up.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -29,6 +32,7 @@ from dehyst.arrays import Array
 from dehyst.families._elements import NO_MAP, Element, Pairs
 
 Numbers = npt.NDArray[np.int64]
+Marks = npt.NDArray[np.bool_]
 
 # Radii of plays with ramps. [half ranges]
 RADII = (
@@ -52,6 +56,8 @@ EVERYWHERE = (-np.inf, np.inf)
 WITHIN = (-1.0, 1.0)  # the range that was fitted
 NOWHERE = (0.0, 0.0)
 NO_CELL = -1
+LEVEL = "level"  # group of columns that are constant but for their schedule
+CONSTANT: Pairs = ((-1.0, 1.0), (1.0, 1.0))
 
 Part = tuple[float, float]
 
@@ -101,6 +107,8 @@ class Columns:
         Pairs of columns whose weights should differ little, (q, 2).
     second
         Cell of the second factor of a product, `NO_CELL` of other columns, (p,).
+    share
+        What each column is multiplied by, (p,): 0 for 1, 2 v + 1 for 1 - xi of schedule v, 2 v + 2 for xi.
     """
 
     cells: tuple[Element, ...]
@@ -113,9 +121,10 @@ class Columns:
     x_high: Array
     neighbours: Numbers
     second: Numbers
+    share: Numbers
 
-    def values(self, e: Array) -> Array:
-        """Columns (T, p) of elements (T, cells)."""
+    def values(self, e: Array, xi: Array | None = None) -> Array:
+        """Columns (T, p) of elements (T, cells), at schedules (T, schedules)."""
         # Changed in place: each new array of this size would take as long as what is done with it.
         values = e[:, self.cell]
         np.clip(values, self.low, self.high, out=values)
@@ -125,11 +134,15 @@ class Columns:
         values[:, products] *= np.clip(e[:, self.second[products]], *WITHIN)
         with_x = np.flatnonzero(self.x_high > self.x_low)
         values[:, with_x] += _ramp(e[:, :1], self.x_low[with_x], self.x_high[with_x])
+        if xi is not None and xi.shape[1]:
+            levels = np.flatnonzero(self.group == LEVEL)
+            values[:, levels] = self.gain[levels]
+            values *= shares(xi)[:, self.share]
         return values
 
     def of(self, groups: Sequence[str]) -> Numbers:
-        """Which columns are those of groups, and x."""
-        return np.flatnonzero(np.isin(self.group, ("x", *groups)))
+        """Which columns are those of groups, x, and levels of schedules."""
+        return np.flatnonzero(np.isin(self.group, ("x", LEVEL, *groups)))
 
     def take(self, columns: Numbers) -> Columns:
         """Return a table of some of these columns, increasing, and of the cells that they read."""
@@ -150,6 +163,7 @@ class Columns:
             x_high=self.x_high[columns],
             neighbours=neighbours[np.all(neighbours >= 0, axis=1)],
             second=number[self.second[columns]],
+            share=self.share[columns],
         )
 
     def _second_cells(self, columns: Numbers) -> Numbers:
@@ -158,9 +172,19 @@ class Columns:
 
     def elements(self, weight: Array) -> tuple[Element, ...]:
         """The elements of a sum with weights (p,) of the columns; those of weight 0 are left out."""
-        elements = []
-        carries = weight != 0.0
-        single = carries & (self.second == NO_CELL)
+        elements: list[Element] = []
+        for share in range(int(self.share.max()) + 1):
+            carries = (weight != 0.0) & (self.share == share)
+            elements += self._ramps(weight, carries, share)
+            elements += self._products(weight, carries, share)
+            level = float(np.sum((weight * self.gain)[carries & (self.group == LEVEL)]))
+            if level:
+                elements.append(Element("input", 0.0, 0.0, level, CONSTANT, share))
+        return tuple(elements)
+
+    def _ramps(self, weight: Array, carries: Marks, share: int) -> Iterator[Element]:
+        """Yield an element for each cell whose ramps carry weight."""
+        single = carries & (self.second == NO_CELL) & (self.group != LEVEL)
         for number, cell in enumerate(self.cells):
             k = np.flatnonzero(single & (self.cell == number))
             ramps = np.array([weight[k] * self.gain[k], self.low[k], self.high[k]])
@@ -171,14 +195,13 @@ class Columns:
                 ramps = np.concatenate([ramps, x_ramps], axis=1)
             if ramps.size:
                 slope, pairs = _sum_of(*ramps)
-                elements.append(Element(cell.kind, cell.radius, cell.time, slope, pairs))
-        return (*elements, *self._products(weight))
+                yield Element(cell.kind, cell.radius, cell.time, slope, pairs, share)
 
-    def _products(self, weight: Array) -> Iterator[Element]:
+    def _products(self, weight: Array, carries: Marks, share: int) -> Iterator[Element]:
         """Yield the products with weight, in chains: each reads the lag of the next one."""
         # A graph: cells are its nodes, products its edges. Every edge is walked once.
         edges: dict[int, dict[int, float]] = {}
-        for k in np.flatnonzero((self.second != NO_CELL) & (weight != 0.0)).tolist():
+        for k in np.flatnonzero((self.second != NO_CELL) & carries).tolist():
             first, second = int(self.cell[k]), int(self.second[k])
             of_first, of_second = edges.setdefault(first, {}), edges.setdefault(second, {})
             value = of_first.get(second, 0.0) + float(weight[k] * self.gain[k])
@@ -190,7 +213,7 @@ class Columns:
                 neighbour = min(edges[cell])
                 value = edges[cell].pop(neighbour)
                 edges[neighbour].pop(cell, None)
-                yield Element("product", 1.0, self.cells[cell].time, value)
+                yield Element("product", 1.0, self.cells[cell].time, value, NO_MAP, share)
                 cell = neighbour
                 if not edges[cell]:
                     # The chain ends here; its last product reads the lag of this element.
@@ -213,8 +236,51 @@ def _sum_of(weight: Array, low: Array, high: Array) -> tuple[float, Pairs]:
     return 1.0, (tuple(u.tolist()), tuple(v.tolist()))
 
 
-def columns_of(groups: Sequence[str], ramps: int, pace: Pace | None) -> Columns:
+def shares(xi: Array) -> Array:
+    """Return what columns are multiplied by, (T, 2 schedules + 1), for schedules from 0 to 1, (T, schedules)."""
+    factors = np.ones((len(xi), 2 * xi.shape[1] + 1))
+    factors[:, 1::2] = 1.0 - xi
+    factors[:, 2::2] = xi
+    return factors
+
+
+def columns_of(groups: Sequence[str], ramps: int, pace: Pace | None, schedules: int = 0) -> Columns:
     """Return the columns of x, in so many ramps, and of groups; without `pace` nothing depends on time."""
+    columns = _unscheduled(groups, ramps, pace)
+    return _scheduled(columns, schedules) if schedules else columns
+
+
+def _scheduled(columns: Columns, schedules: int) -> Columns:
+    """Return the columns times 1 - xi and times xi of each schedule, and two levels with xi: weights have one sign."""
+    size, copies = columns.cell.size, 2 * schedules
+    places = np.tile(np.arange(size), copies)
+    levels = np.zeros(copies, dtype=np.int64)
+    places = np.concatenate([places, levels])
+    group = columns.group[places].astype(np.result_type(columns.group, np.array([LEVEL])))
+    group[copies * size :] = LEVEL
+    gain = columns.gain[places]
+    gain[copies * size :] = np.tile([1.0, -1.0], schedules)
+    neighbours = []
+    for copy in range(copies):
+        neighbours.append(columns.neighbours + copy * size)
+    return replace(
+        columns,
+        group=group,
+        cell=columns.cell[places],
+        gain=gain,
+        low=columns.low[places],
+        high=columns.high[places],
+        x_low=np.where(group == LEVEL, 0.0, columns.x_low[places]),
+        x_high=np.where(group == LEVEL, 0.0, columns.x_high[places]),
+        neighbours=np.concatenate(neighbours),
+        second=np.where(group == LEVEL, NO_CELL, columns.second[places]),
+        share=np.concatenate(
+            [np.repeat(np.arange(1, copies + 1), size), 2 * np.repeat(np.arange(schedules), 2) + 2]
+        ),
+    )
+
+
+def _unscheduled(groups: Sequence[str], ramps: int, pace: Pace | None) -> Columns:
     cells = [Element("input")]
     lines = _ramps_of(0, _parts(np.linspace(-1.0, 1.0, ramps + 1)[1:-1].tolist()))
     names = ["x"] * len(lines)
@@ -240,6 +306,7 @@ def columns_of(groups: Sequence[str], ramps: int, pace: Pace | None) -> Columns:
         x_high=x_high,
         neighbours=np.array(neighbours, dtype=np.int64).reshape(-1, 2),
         second=np.array(second),
+        share=np.zeros(len(lines), dtype=np.int64),
     )
 
 

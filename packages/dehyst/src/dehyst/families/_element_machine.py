@@ -152,7 +152,7 @@ def _followed(model: ElementModel) -> tuple[SignalCard, ...]:
     cards = []
     for k in range(last + 1):
         low, high = ends.get(k, (0.0, 1.0))
-        cards.append(SignalCard(f"signal_{k}", "", low, high))
+        cards.append(model.signal_card(k, low, high))
     return tuple(cards)
 
 

@@ -35,7 +35,7 @@ Inertia, memory of the sign of the speed beyond these elements, drift without ca
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import astuple, dataclass, fields, replace
+from dataclasses import astuple, dataclass, field, fields, replace
 from functools import cached_property, partial
 from math import isfinite
 from typing import Any, Self
@@ -46,7 +46,7 @@ import numpy.typing as npt
 import dehyst._native as _native
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.families._base import PRELUDE, UNSCALED, LoopModel, LoopStepper, Scaling
+from dehyst.families._base import PRELUDE, UNSCALED, LoopModel, LoopStepper, Scaling, same_input
 from dehyst.families._element_machine import element_machine
 from dehyst.families._inversion import FARTHEST, first_input
 from dehyst.families._rising import LEAST_SLOPE, least_slope, most_slope
@@ -58,6 +58,7 @@ DIRECTIONS = ("forward", "inverse")
 LAGS = ("creep", "relax", "past", "product")
 SQUARE = 17  # points
 MIDDLE = 1e12  # of a range so wide that what is scaled is in its middle
+SOURCES = 2  # given signals
 AHEAD = 2  # numbers of the memory in front of the elements: the input of the sample before, and its step
 
 Pairs = tuple[tuple[float, ...], tuple[float, ...]]
@@ -185,6 +186,8 @@ class ElementModel(LoopModel):
         Of the log it was identified from; for it the inverse is stable. 0: unknown, not checked, no dead time. [s]
     schedules
         Source, low and high of each: -1 follows u of the sample before, 0 and 1 a given signal.
+    signals
+        Name and unit of the given signals 0 and 1; without them they are called signal_0 and signal_1.
     row
         Name of the family it belongs to.
 
@@ -209,6 +212,7 @@ class ElementModel(LoopModel):
     dead_time: float = 0.0
     period: float = 0.0
     schedules: tuple[tuple[int, float, float], ...] = ()
+    signals: tuple[tuple[str, str], ...] = field(default=(), kw_only=True)
     row: str = "elements"
     scaling: Scaling = UNSCALED
     start: str = "rest"
@@ -221,9 +225,10 @@ class ElementModel(LoopModel):
         try:
             put(self, "elements", tuple(map(_element, self.elements)))
             put(self, "schedules", tuple(map(_schedule, self.schedules)))
-        except TypeError as fault:
+            put(self, "signals", tuple((str(name), str(unit)) for name, unit in self.signals))
+        except (TypeError, ValueError) as fault:
             raise ParameterError(
-                f"elements and schedules are not lists of such ({fault!s:.120})."
+                f"elements, schedules and signals are not lists of such ({fault!s:.120})."
             ) from None
         if not self.elements:
             raise ParameterError("a sum of elements has none; pass one Element or more.")
@@ -348,12 +353,19 @@ class ElementModel(LoopModel):
 
     @property
     def context(self) -> tuple[SignalCard, ...]:
-        """The given signals that schedules follow: signal_0, signal_1."""
+        """The given signals that schedules follow."""
         cards = {}
         for source, low, high in sorted(self.schedules, key=lambda schedule: schedule[0]):
             if source >= 0:
-                cards[source] = SignalCard(f"signal_{source}", "", low, high)
+                cards[source] = self.signal_card(source, low, high)
         return tuple(cards.values())
+
+    def signal_card(self, source: int, low: float, high: float) -> SignalCard:
+        """The given signal of a number, with its range."""
+        name, unit = f"signal_{source}", ""
+        if source < len(self.signals):
+            name, unit = self.signals[source]
+        return SignalCard(name, unit, low, high)
 
     @property
     def parts(self) -> tuple[int, str]:
@@ -547,9 +559,10 @@ class ElementModel(LoopModel):
         by_name = self.given(signals, size)
         if not by_name:
             return {}
-        zero = np.zeros(size)
-        columns = [by_name.get("signal_0", zero), by_name.get("signal_1", zero)]
-        return {"scheduling": np.column_stack(columns)}
+        columns = np.zeros((size, SOURCES))
+        for source in {schedule[0] for schedule in self.schedules if schedule[0] >= 0}:
+            columns[:, source] = by_name[self.signal_card(source, 0.0, 1.0).name]
+        return {"scheduling": columns}
 
     def _signals(self, scheduling: Array | None) -> Array | None:
         if scheduling is None and self.context:
@@ -593,7 +606,7 @@ class ElementStepper(LoopStepper):
 
     def __init__(self, model: ElementModel, inverse: bool, period: float | None) -> None:
         scaling = model.scaling
-        first: Callable[[float], float] = float
+        first: Callable[..., float] = same_input
         if inverse:
             scaling, first = scaling.swapped(), partial(first_input, model)
         self._walk = _native.ElementSteps(

@@ -38,19 +38,28 @@ def search_inputs(
 
 
 def _miss(
-    model: LoopModel, step: Array | None, memory: Array, target: float, value: float
+    model: LoopModel,
+    step: Array | None,
+    memory: Array,
+    target: float,
+    value: float,
+    **more: Array,
 ) -> float:
     """Return how far the answer to an input lies above a target."""
-    return float(model.run(np.array([value]), step, memory)[0][0]) - target
+    return float(model.run(np.array([value]), step, memory, **more)[0][0]) - target
 
 
-def first_input(model: LoopModel, y: float) -> float:
-    """Return the scaled input at which the model, arriving as its start says, answers y."""
+def first_input(model: LoopModel, y: float, **more: Array) -> float:
+    """Return the scaled input at which the model, arriving as its start says, answers y.
+
+    `more` is what `run` takes beside input and steps of time; its first row counts.
+    """
+    first = {name: values[:1] for name, values in more.items()}
 
     dt = np.zeros(1) if model.rate_dependent else None
 
     def miss(value: float) -> float:
-        return _miss(model, dt, model.before(value), y, value)
+        return _miss(model, dt, model.before(value), y, value, **first)
 
     return _root(miss, 0.0, 0.25)
 

@@ -7,6 +7,7 @@ that fits better is a dead time: of transport, of a filter, or between two clock
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,10 +40,21 @@ class Lateness:
     shifted: float
 
 
-def best_row_and_delay(
-    training: Training, firm: bool, size: int | None, ahead: float
-) -> tuple[Chosen, Lateness | None, int]:
-    """Return the best row, by how much the output is late, and how many samples of that the row has as dead time.
+class ChosenRow(NamedTuple):
+    """The best row, by how much the output is late, and how many samples of that the row has as dead time."""
+
+    chosen: Chosen
+    late: Lateness | None
+    delay: int
+
+    @property
+    def score(self) -> float:
+        """Its error on what is left out, rms, scaled."""
+        return self.chosen.candidates[0].score
+
+
+def best_row_and_delay(training: Training, firm: bool, size: int | None, ahead: float) -> ChosenRow:
+    """Return the best row, with the dead time that the log shows.
 
     Parameters
     ----------
@@ -57,10 +69,10 @@ def best_row_and_delay(
     chosen = best_row(training, firm, size)
     late = _lateness(training, chosen.candidates[0], turns)
     if late is None:
-        return chosen, None, 0
+        return ChosenRow(chosen, None, 0)
     delay = _delay(late, training.period, ahead)
     if delay == 0:
-        return chosen, late, 0
+        return ChosenRow(chosen, late, 0)
     chosen = best_row(training.late(delay), firm, size)
     if delay == late.samples:
         # The first row had to explain the dead time by its lags; this one tells it better.
@@ -68,7 +80,7 @@ def best_row_and_delay(
         if late.samples != delay:
             delay = _delay(late, training.period, ahead)
             chosen = best_row(training.late(delay), firm, size)
-    return chosen.later(delay * training.period), late, delay
+    return ChosenRow(chosen.later(delay * training.period), late, delay)
 
 
 def _delay(late: Lateness, period: float, ahead: float) -> int:

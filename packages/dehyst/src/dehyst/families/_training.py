@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 from dehyst.arrays import Array, Mask, rank
 from dehyst.data import Recording
@@ -14,6 +15,7 @@ from dehyst.families._base import LoopModel, Scaling
 from dehyst.families._policy import POLICY
 
 M = TypeVar("M", bound=LoopModel)
+Rows = npt.NDArray[np.intp]
 
 MOST_SAMPLES = 6000  # of a thinned training part
 LEAST_STROKE = 0.01  # between two turning points, scaled; a smaller one may be noise
@@ -31,12 +33,15 @@ class Stretch:
         Time from the sample before, 0 at the first, (T,); None without time stamps. [s]
     counts
         Which samples are compared, (T,); the others only move the memory.
+    scheduling
+        Signals that schedules follow, (T, 2), as in the log; None where there are none.
     """
 
     x: Array
     y: Array
     dt: Array | None
     counts: Mask
+    scheduling: Array | None = None
 
     @property
     def time(self) -> Array:
@@ -47,8 +52,27 @@ class Stretch:
 
     def run(self, model: LoopModel) -> Array:
         """Return the scaled outputs of a model along the stretch, from its start state on, (T,)."""
-        dt = self.dt if model.rate_dependent else None
-        return model.run(self.x, dt, model.before(float(self.x[0])))[0]
+        memory = model.before(float(self.x[0]))
+        return model.run(self.x, self.steps(model), memory, **self.surroundings(model))[0]
+
+    def run_inverse(self, model: LoopModel, first: float, last: int | None = None) -> Array:
+        """Return the scaled inputs for the scaled outputs up to a last sample, (T,), from the memory at a first one."""
+        part = slice(None, last)
+        dt = self.steps(model)
+        more = {name: values[part] for name, values in self.surroundings(model).items()}
+        if dt is not None:
+            dt = dt[part]
+        return model.run_inverse(self.y[part], dt, model.before(first), **more)[0]
+
+    def steps(self, model: LoopModel) -> Array | None:
+        """Time from the sample before, for a model that depends on it."""
+        return self.dt if model.rate_dependent else None
+
+    def surroundings(self, model: LoopModel) -> dict[str, Array]:
+        """What a model with schedules takes beside input and steps of time."""
+        if self.scheduling is None or not model.needs:
+            return {}
+        return {"scheduling": self.scheduling}
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +92,8 @@ class Training:
         Of everything random in a fit.
     period
         Median time between samples of the log; 0 without time stamps. [s]
+    schedules, signals
+        As of `ElementModel`: which signals weights go with, and between which of their values.
     shared
         What one fit made and others can use: rows of elements their columns.
     """
@@ -77,6 +103,8 @@ class Training:
     orientation: str
     seed: int = 0
     period: float = 0.0
+    schedules: tuple[tuple[int, float, float], ...] = ()
+    signals: tuple[tuple[str, str], ...] = ()
     shared: list[Any] = field(default_factory=list)
 
     @property
@@ -111,6 +139,21 @@ class Training:
         """Return the root of the mean squared residual, scaled; infinite if the model diverges."""
         square = float(np.mean(self.residual(model) ** 2))
         return float(np.sqrt(square)) if np.isfinite(square) else float("inf")
+
+    @property
+    def unscheduled(self) -> Training:
+        """The same data without the signals that schedules follow."""
+        stretches = tuple(replace(stretch, scheduling=None) for stretch in self.stretches)
+        return replace(self, stretches=stretches, schedules=(), signals=(), shared=[])
+
+    def xi(self, stretch: Stretch) -> Array:
+        """Return the schedules along a stretch, from 0 to 1, (T, schedules)."""
+        if stretch.scheduling is None:
+            return np.zeros((stretch.x.size, 0))
+        columns = []
+        for source, low, high in self.schedules:
+            columns.append(np.clip((stretch.scheduling[:, source] - low) / (high - low), 0.0, 1.0))
+        return np.column_stack(columns)
 
     def best(self, models: Sequence[M]) -> M:
         """Return the model with the smallest residual."""
@@ -162,9 +205,12 @@ def _late(stretch: Stretch, samples: int) -> Stretch:
     if stretch.dt is not None:
         dt = np.ascontiguousarray(stretch.dt[x])
     counts = stretch.counts[x] & stretch.counts[y]
-    return Stretch(
-        np.ascontiguousarray(stretch.x[x]), np.ascontiguousarray(stretch.y[y]), dt, counts
-    )
+    moved_x, moved_y = np.ascontiguousarray(stretch.x[x]), np.ascontiguousarray(stretch.y[y])
+    return Stretch(moved_x, moved_y, dt, counts, _rows_of(stretch.scheduling, x))
+
+
+def _rows_of(scheduling: Array | None, rows: slice | Rows) -> Array | None:
+    return None if scheduling is None else np.ascontiguousarray(scheduling[rows])
 
 
 def _thin(stretch: Stretch, every: int) -> Stretch:
@@ -189,6 +235,7 @@ def _thin(stretch: Stretch, every: int) -> Stretch:
         np.ascontiguousarray(stretch.y[chosen]),
         dt,
         stretch.counts[chosen],
+        _rows_of(stretch.scheduling, chosen),
     )
 
 

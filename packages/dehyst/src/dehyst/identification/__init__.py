@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from dehyst.identification._comparison import compare as compare
     from dehyst.identification._cross_validation import CrossValidation as CrossValidation
     from dehyst.identification._cross_validation import cross_validate as cross_validate
-    from dehyst.identification._direct.data import check_given as check_given
     from dehyst.identification._fit import ComparedSetting as ComparedSetting
     from dehyst.identification._fit import Fit as Fit
     from dehyst.identification._fit import InputError as InputError
@@ -39,7 +38,6 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_cautions": "hidden_by of_range",
         "_comparison": "ComparedFamily Comparison compare",
         "_cross_validation": "CrossValidation cross_validate",
-        "_direct.data": "check_given",
         "_fit": "ComparedSetting Fit InputError Refit Score",
         "_memory": "INITIAL_STATES known_from past_in_words state_before",
         "_mending": "ENDED mended",

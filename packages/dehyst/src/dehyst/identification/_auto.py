@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,18 @@ import numpy.typing as npt
 
 from dehyst.data import Recording, counted_once, require_recordings
 from dehyst.errors import DehystError, ParameterError
-from dehyst.families import ROW_NAMES, Chosen, Lateness, best_row_and_delay, is_family
+from dehyst.families import (
+    ROW_NAMES,
+    Chosen,
+    ChosenRow,
+    Lateness,
+    Training,
+    best_row_and_delay,
+    is_family,
+)
 from dehyst.families import kit as families_kit
 from dehyst.families import names as names_of_literature
+from dehyst.findings import Finding
 from dehyst.identification._candidates.direct import Direct, compare_forward
 from dehyst.identification._candidates.literature import Literature, loop_outcome
 from dehyst.identification._candidates.plays import plays_of
@@ -24,6 +34,7 @@ from dehyst.identification._fit import ComparedSetting, Fit
 from dehyst.identification._judge import judge
 from dehyst.identification._policy import POLICY
 from dehyst.identification._prepared import Prepared, prepared
+from dehyst.identification._schedules import learned_once, without_gain
 from dehyst.identification._settings import (
     PAPER_OPERATORS,
     check_recordings,
@@ -181,8 +192,10 @@ def identify(
         _check_ahead(ahead, family, changed)
     if family == Direct.family:
         direct = Direct(**settings)
-        log = direct.prepared(check_recordings(recordings), train_fraction)
+        log = prepared(check_recordings(recordings), train_fraction)
         return with_table(log.fit(direct), *compare_forward(log))
+    if recordings[0].schedules and (changed or not (family == "auto" or family in ROW_NAMES)):
+        _refuse_schedules(recordings[0], family, changed)
     if is_family(family):
         log = prepared(check_recordings(recordings), train_fraction)
         return with_table(log.fit(Literature(family, seed, purpose, size)))
@@ -300,6 +313,18 @@ def _check_ahead(ahead: float, family: str, changed: Mapping[str, object]) -> No
         )
 
 
+def _refuse_schedules(record: Recording, family: str, changed: Mapping[str, object]) -> None:
+    """Refuse signals that say nothing to what is identified."""
+    names = ", ".join(record.schedules)
+    raise ParameterError(
+        f"the weights of {', '.join(changed) or family} do not go with another signal, and there is a schedule "
+        f"({names}; --schedule). Rows of elements and the direct inverse do: leave that out, so that auto chooses one "
+        f"of them, or leave the schedule out.",
+        family=family,
+        schedules=list(record.schedules),
+    )
+
+
 def _is_usual(name: str, value: object, family: str) -> bool:
     """Whether a setting is what it is without being given; the paper's eps is a number."""
     usual = None if (name, family) == ("eps", "pi") else USUAL.get(name)
@@ -327,13 +352,15 @@ def best_fit(
     too_large = size is not None and fitted_plays.model.free_parameters > size
     with single_blas():
         try:
-            chosen, late, delay = best_row_and_delay(training, purpose != "simulate", size, ahead)
+            search = partial(best_row_and_delay, firm=purpose != "simulate", size=size, ahead=ahead)
+            (chosen, late, delay), about_schedules = _with_schedules_or_not(training, search)
             compared = _compared(fitted_plays, chosen)
             terms = chosen.carrying, chosen.columns
             outcome = loop_outcome(
                 log, chosen.model, settings, fitted_plays.static, *terms, chosen.kkt, compared
             )
             rows = judge(log.data, log.seen, outcome)
+            rows = replace(rows, warnings=(*rows.warnings, *about_schedules))
         # Too few samples, or no program that could be solved: plays are what there is.
         except DehystError:
             if size is None or not too_large or fitted_plays.family == STATIC:
@@ -350,6 +377,22 @@ def best_fit(
     if plays_do and (fitted_plays.family == STATIC or not too_large):
         return _with_lateness(with_table(fitted_plays, rows), late, training.period)
     return _with_lateness(with_table(rows, fitted_plays), late, training.period, delay)
+
+
+def _with_schedules_or_not(
+    training: Training, search: Callable[[Training], ChosenRow]
+) -> tuple[ChosenRow, tuple[Finding, ...]]:
+    """Return the best row, whose weights go with other signals if that pays, and what is to be said of them."""
+    chosen = search(training)
+    if not training.schedules:
+        return chosen, ()
+    names = [name for name, _ in training.signals]
+    once = tuple(learned_once(names, training.joined(training.xi)))
+    if once:
+        return chosen, once
+    plain = search(training.unscheduled)
+    findings = tuple(without_gain(names, chosen.score, plain.score, left_out=True))
+    return (plain if findings else chosen), findings
 
 
 def _with_lateness(fit: Fit, late: Lateness | None, period: float, delay: int = 0) -> Fit:

@@ -19,8 +19,7 @@ from dehyst.identification._scores import Measured
 from dehyst.identification._selection import AFFORDABLE
 from dehyst.identification._settings import PAPER_EPS
 from dehyst.models import kit as models_kit
-from dehyst.shell import command
-from dehyst.units import dimension, mass_unit, parse_unit
+from dehyst.shell import command, quoted
 
 # Findings that a model is poor, and those that may be why.
 POOR = ("poor-fit", "inverse-misses")
@@ -312,18 +311,20 @@ def _recordings_differ(
     records, compared = measured.recordings, measured.conditions
     apart = measured.levels_apart / data.output_range
     differences = []
+    # A model that goes with another signal was told why its gain and its loop change.
+    scheduled = bool(records[0].schedules)
     if apart > POLICY.levels_apart:
         differences.append(
             f"their outputs lie up to {100 * apart:.0f} % of range apart at the same input"
         )
-    if steeper(compared):
+    if steeper(compared) and not scheduled:
         least = min(compared, key=lambda condition: condition.gain)
         most = max(compared, key=lambda condition: condition.gain)
         differences.append(
             f"the gain of {most.name} is {most.gain / max(least.gain, 1e-9):.2g} times that of {least.name}"
         )
     # Speed widens a loop too, unless the model knows of it.
-    if wider(compared) and (knows.time or at_one_speed(records)):
+    if wider(compared) and not scheduled and (knows.time or at_one_speed(records)):
         least = min(compared, key=lambda condition: condition.width)
         most = max(compared, key=lambda condition: condition.width)
         differences.append(
@@ -342,11 +343,11 @@ def _recordings_differ(
     yield Finding(
         "recordings-differ",
         f"the recordings are not of one condition: {'; '.join(differences)}. A zero, a load, a temperature or another "
-        f"signal that no model was told does that, and one model averages over it.{tested} {_schedule(records, leads)}",
+        f"signal that no model was told does that, and one model averages over it.{tested} {_schedule(records)}",
     )
 
 
-def _schedule(records: Sequence[Recording], leads: bool) -> str:
+def _schedule(records: Sequence[Recording]) -> str:
     """Which columns differ between recordings and stand still within, and what can be done with them."""
     stills = [record.provenance.get("stills") or {} for record in records]
     apart = "Identify each recording by itself, or align the zeros where only the level differs."
@@ -358,29 +359,14 @@ def _schedule(records: Sequence[Recording], leads: bool) -> str:
         if len(values) < len(stills) or len(set(values)) == 1:
             continue
         ranges.append(f"{name} ({min(values):.4g} to {max(values):.4g})")
-        option = _option(name)
-        if option:
-            options.append(option)
+        options.append(f"--schedule {quoted(name)}")
     if not ranges:
         return f"If a column of the logs says what it is, look there. {apart}"
     differ = "differ"
     if len(ranges) == 1:
         differ = "differs"
     looks = f"Between them {', '.join(ranges)} {differ}."
-    if leads or not options:
-        return f"{looks} No family here takes a schedule by that. {apart}"
-    return f"{looks} A model with a schedule: --family direct-inverse {options[0]}."
-
-
-def _option(name: str) -> str:
-    """The option that makes a schedule of a column, "" if none does."""
-    unit = parse_unit(name)[1]
-    kind = dimension(unit)
-    if kind in ("force", "torque") or mass_unit(name, unit):
-        return f"--load {name}"
-    if kind == "pressure":
-        return f"--mean-pressure {name}"
-    return ""
+    return f"{looks} A model whose weights go with it: {options[0]}."
 
 
 def _held_out(measured: Measured, turns: int) -> Iterator[Finding]:

@@ -74,6 +74,8 @@ class Policy:
     within_noise: float = 0.02
     # Cumulative slopes are bounded by nothing outside the fitted amplitudes: they must beat stops by this share.
     clearly_better: float = 0.15
+    # Weights go with another signal only if that brings the error on held-out blocks below this share.
+    schedule_worth: float = 0.98
     # Where blocks hardly tell sums of elements apart, these have to beat plays by a quarter (docs/decisions/0048).
     clear: float = 0.75
 

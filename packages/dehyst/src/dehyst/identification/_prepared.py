@@ -15,8 +15,9 @@ from dehyst.identification._candidate import Candidate
 from dehyst.identification._data import DataSet, prepare
 from dehyst.identification._fit import Fit
 from dehyst.identification._judge import Seen, judge, seen_in
+from dehyst.identification._schedules import ScheduleRange, schedule_ranges, shares_along
 from dehyst.identification._scores import Measure
-from dehyst.identification._split import Split, split_recordings
+from dehyst.identification._split import HALF, Split, split_recordings
 from dehyst.identification._static_curve import best_curve
 from dehyst.identification._threads import single_blas
 from dehyst.identification._training import training_of
@@ -33,6 +34,8 @@ class Prepared:
         The data.
     split
         What is fitted of each.
+    schedules
+        Ranges of the signals that change the loop, over what is fitted.
     measure
         Compares models with all samples.
     weights
@@ -43,6 +46,7 @@ class Prepared:
 
     records: tuple[Recording, ...]
     split: Split
+    schedules: tuple[ScheduleRange, ...]
     measure: Measure
     weights: tuple[Array, ...] | None = None
     shared: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False)
@@ -75,7 +79,9 @@ class Prepared:
     def training(self, seed: int) -> Training:
         """Fitted part for families of the literature, which share what they make of it; one for each seed."""
         if seed not in self._trainings:
-            self._trainings[seed] = training_of(self.records, self.data, self.seen.loop.name, seed)
+            self._trainings[seed] = training_of(
+                self.records, self.data, self.seen.loop.name, seed, self.schedules
+            )
         return self._trainings[seed]
 
     def fit(self, candidate: Candidate) -> Fit:
@@ -92,6 +98,11 @@ def prepared(
     weights: tuple[Array, ...] | None = None,
 ) -> Prepared:
     """Return recordings that were checked, split."""
+    # One of several recordings may be all that there is at one load.
+    if records[0].schedules and train_fraction is None:
+        train_fraction = HALF
+    split = split_recordings(records, train_fraction, weights)
+    ranges = schedule_ranges(records, split.ends)
     return Prepared(
-        records, split_recordings(records, train_fraction, weights), Measure(records), weights
+        records, split, ranges, Measure(records, shares_along(records, ranges)), weights
     )

@@ -15,6 +15,7 @@ from dehyst.identification._data import DataSet, arrays_of, shape_misfit
 from dehyst.identification._families import FAMILIES, STATIC
 from dehyst.identification._memory import INITIAL_STATES
 from dehyst.identification._mending import mended
+from dehyst.identification._schedules import check_schedules
 from dehyst.models import kit as models_kit
 
 PAPER_OPERATORS = 100
@@ -35,6 +36,7 @@ def check_recordings(recordings: Recording | Sequence[Recording]) -> tuple[Recor
             f"Convert them first.",
             units=units,
         )
+    check_schedules(records)
     if len(records) > 1:
         refuse_repeated(records)
     return tuple(map(mended, records))

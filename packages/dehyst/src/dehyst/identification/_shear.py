@@ -112,7 +112,7 @@ def identify_sheared(call: PlaysFamily, log: Prepared, shear: float, gain: float
     records = log.records
     k = _scale(shear, records[0])
     turned = sheared(records, k)
-    turned_log = Prepared(turned, log.split, ShearedMeasure(records, turned), log.weights)
+    turned_log = Prepared(turned, log.split, (), ShearedMeasure(records, turned), log.weights)
     call = replace(call, eps=_eps(call, turned_log.data, k, gain), choose_eps=False)
     fit = turned_log.fit(call)
     model = ShearedPrandtlIshlinskii(cast(PrandtlIshlinskii, fit.model), k, _card(fit, records))

@@ -14,6 +14,7 @@ from dehyst.errors import DehystError
 from dehyst.identification._data import outputs_of
 from dehyst.identification._families import STATIC
 from dehyst.identification._fit import Fit, Option
+from dehyst.identification._schedules import signals_for
 
 MOST_SAMPLES = 20_000  # of a recording; of longer ones every second, third, ... sample
 
@@ -55,24 +56,28 @@ def tracking_errors(
     for record, mask in zip(records, masks, strict=True):
         every = max(1, -(-len(record) // MOST_SAMPLES))
         part = slice(None, None, every)
-        x, y, time = record.input[part], record.output[part], record.time
+        time = record.time
         if time is not None:
             time = time[part]
         counted = mask[part]
         if not counted.any():
             continue
-        demands = [_demand(model, x, y, time, every) for model in models]
+        demands = []
+        for model in models:
+            demands.append(_demand(model, record, part))
         for j, plant in enumerate(models):
             if not rivals[j]:
                 continue
-            applied = plant.simulate(x, time)
+            signals = signals_for(plant, record, part)
+            applied = plant.simulate(record.input[part], time, **signals)
             for i, demand in enumerate(demands):
                 # No model is its own judge.
                 if i == j:
                     continue
                 moved = float("nan")
                 if demand is not None:
-                    moved = float(np.var((plant.simulate(demand, time) - applied)[counted]))
+                    answer = plant.simulate(demand, time, **signals)
+                    moved = float(np.var((answer - applied)[counted]))
                 squares[i].append(moved)
     span = np.ptp(np.concatenate(outputs_of(records)))
     errors = []
@@ -84,13 +89,18 @@ def tracking_errors(
     return tuple(errors)
 
 
-def _demand(model: Any, x: Array, y: Array, time: Array | None, every: int) -> Array | None:
+def _demand(model: Any, record: Recording, part: slice) -> Array | None:
+    """What the inverse asks for along the measured output, within the input that was applied."""
+    x, time = record.input[part], record.time
+    if time is not None:
+        time = time[part]
     try:
-        return np.asarray(
-            np.clip(model.ahead(model.inverse().simulate(y, time), time), x.min(), x.max())
+        demand = model.inverse().simulate(
+            record.output[part], time, **signals_for(model, record, part)
         )
     except DehystError:  # no inverse
         return None
+    return np.asarray(np.clip(model.ahead(demand, time), x.min(), x.max()))
 
 
 def with_table(fit: Fit, *rivals: Fit) -> Fit:
@@ -116,10 +126,8 @@ def with_table(fit: Fit, *rivals: Fit) -> Fit:
         )
     if fit.model.shear is not None:
         return replace(fit, table=tuple(options))
-    # An inverse is tried on models that remember, and that need no other signal than the input.
-    remembers = []
-    for option, model in zip(options, models, strict=True):
-        remembers.append(option.family != STATIC and not model.needs)
+    # An inverse is tried on models that remember.
+    remembers = [option.family != STATIC for option in options]
     masks = fit.train_masks
     if fit.test:
         masks = fit.test_masks

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from dehyst.data import Recording
 from dehyst.families import Scaling, Stretch, Training, steps_of
 from dehyst.identification._data import DataSet
+from dehyst.identification._schedules import ScheduleRange, scheduling_of
 
 
 def training_of(
-    records: tuple[Recording, ...], data: DataSet, orientation: str, seed: int
+    records: tuple[Recording, ...],
+    data: DataSet,
+    orientation: str,
+    seed: int,
+    schedules: Sequence[ScheduleRange] = (),
 ) -> Training:
     """Return the fitted part of recordings that were prepared."""
     stretches = []
@@ -25,15 +32,25 @@ def training_of(
         counts[piece.fitted("zero")] = True
         if piece.weight is not None:
             counts &= piece.weight[part] > 0.0
-        dt = steps_of(records[piece.recording], piece.start, x.size)
-        stretches.append(Stretch(x, y, dt, counts))
+        record = records[piece.recording]
+        dt = steps_of(record, piece.start, x.size)
+        scheduling = scheduling_of(record, slice(piece.start, piece.start + x.size))
+        stretches.append(Stretch(x, y, dt, counts, scheduling))
         if dt is not None and dt.size > 1:
             steps.append(dt[1:])
     period = 0.0
     if steps:
         # Differences of time stamps have no more digits.
         period = float(f"{float(np.median(np.concatenate(steps))):.9g}")
-    return Training(tuple(stretches), scaling_of(data), orientation, seed, period)
+    return Training(
+        tuple(stretches),
+        scaling_of(data),
+        orientation,
+        seed,
+        period,
+        schedules=tuple((k, signal.low, signal.high) for k, signal in enumerate(schedules)),
+        signals=tuple((signal.name, signal.unit) for signal in schedules),
+    )
 
 
 def scaling_of(data: DataSet) -> Scaling:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
+
+import numpy as np
 
 from dehyst.arrays import Array, Rows
 from dehyst.data import Recording
@@ -17,6 +19,7 @@ from dehyst.io._columns import find_column, provenance, run_column
 from dehyst.io._formats import PathLike, read_table
 from dehyst.io._long import Selection, is_long, read_long
 from dehyst.io._order import order_time
+from dehyst.io._policy import POLICY
 from dehyst.io._select import (
     context,
     cut_window,
@@ -100,6 +103,7 @@ def read_log(
     time_unit: str | float | None = None,
     dt: float | None = None,
     sheet: str | int | None = None,
+    schedules: Mapping[str, str] | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> Recording:
     """Read input and output of an actuator from a log file.
@@ -128,6 +132,8 @@ def read_log(
         Seconds from one row to the next, where the log has no time column.
     sheet
         Sheet of a workbook, by name or number from 1; by default the one with the most numbers.
+    schedules
+        Name -> column of further signals that change the loop, such as a temperature.
     progress
         Called again and again with the share of a long file that was read, 0 to 1.
 
@@ -171,7 +177,7 @@ def read_log(
     about = context(table, (x_name, y_name))
     samples, chosen, clock = read_pair(table, about, time, run, window)
     (x_bare, x_unit), (y_bare, y_unit) = table.label(x_name), table.label(y_name)
-    return Recording(
+    recording = Recording(
         input=samples.values[0],
         output=samples.values[1],
         time=samples.time,
@@ -186,6 +192,21 @@ def read_log(
             table, {"input": x_name, "output": y_name, "time": clock}, chosen, start, stop, samples
         ),
     )
+    values, units = {}, {}
+    for name, column in (schedules or {}).items():
+        signal = read_signal(
+            path,
+            column,
+            time=time,
+            run=run,
+            time_unit=time_unit,
+            dt=dt,
+            sheet=sheet,
+            missing="drop",
+        )
+        values[name] = at_samples(name, signal, recording, len(recording))
+        units[name] = signal.unit
+    return replace(recording, schedules=values, schedule_units=units) if values else recording
 
 
 def read_signal(
@@ -248,6 +269,36 @@ def read_signal(
     return LogSignal(
         samples.values[0], samples.time, bare, unit, samples.breaks, tuple(about.findings), origin
     )
+
+
+def at_samples(name: str, signal: LogSignal, record: Recording | LogSignal, size: int) -> Array:
+    """Return the values of a scheduling signal at the samples of a recording or of another signal, (size,).
+
+    Raises
+    ------
+    ColumnError
+        If it does not cover them, or there is no clock and the numbers of samples differ.
+    """
+    values = signal.values
+    if record.time is None or signal.time is None:
+        # Without a clock the only thing that says which samples belong together is their number.
+        if values.size != size:
+            raise ColumnError(
+                f"schedule {name} '{signal.name}' has {values.size} samples and the recording {size}, and without time "
+                f"stamps they cannot be brought together. Name the time column (--time).",
+                column=signal.name,
+            )
+        return values
+    first, last = float(record.time[0]), float(record.time[-1])
+    missing = max(0.0, float(signal.time[0]) - first) + max(0.0, last - float(signal.time[-1]))
+    if missing > POLICY.uncovered * (last - first):
+        raise ColumnError(
+            f"schedule {name} '{signal.name}' has values from {signal.time[0]:.6g} s to {signal.time[-1]:.6g} s, but "
+            f"the recording lasts from {first:.6g} s to {last:.6g} s. Cut it with --from and --to, or name a column "
+            f"that covers it.",
+            column=signal.name,
+        )
+    return np.interp(record.time, signal.time, values)
 
 
 def read_columns(

@@ -130,5 +130,8 @@ class ReadingPolicy:
     # More gaps than this share of the rows are a clock that jitters, whose shorter steps are none.
     most_gaps: float = 0.05
 
+    # A scheduling column may begin later or end earlier by this share of the recording.
+    uncovered: float = 0.02
+
 
 POLICY = ReadingPolicy()

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from dehyst.io._layout import find_layout as find_layout
     from dehyst.io._lines import is_comment as is_comment
     from dehyst.io._lines import split_line as split_line
+    from dehyst.io._logs import at_samples as at_samples
     from dehyst.io._table import LARGEST as LARGEST
     from dehyst.io._table import finite as finite
     from dehyst.io._table import measured as measured
@@ -39,6 +40,7 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_delimited": "layout_of read_delimited",
         "_layout": "find_layout",
         "_lines": "is_comment split_line",
+        "_logs": "at_samples",
         "_table": "LARGEST finite measured",
         "_text": "open_text",
         "_write": "require_table_name write_table",

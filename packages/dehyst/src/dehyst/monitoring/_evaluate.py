@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst.arrays import Array, rank
 from dehyst.data import (
@@ -32,11 +31,9 @@ from dehyst.identification import (
 )
 from dehyst.models import Model, SignalCard
 from dehyst.models import kit as models_kit
-from dehyst.monitoring._logs import fitted_share, recording_in_units_of, schedules_of, unexplained
+from dehyst.monitoring._logs import fitted_share, recording_in_units_of, unexplained
 from dehyst.monitoring._policy import POLICY as LIMITS
 from dehyst.monitoring._result import as_dicts
-
-Signals = npt.ArrayLike | Sequence[npt.ArrayLike]
 
 
 @dataclass(frozen=True)
@@ -166,7 +163,6 @@ class _Log:
     """Recordings made ready, and which of their samples count."""
 
     records: tuple[Recording, ...]
-    schedules: tuple[dict[str, Array], ...]
     part: Part = field(default_factory=lambda: Part((), ()))
     follow_offset: float | None = None
     start: str = models_kit.DEFAULT
@@ -178,7 +174,6 @@ def evaluate(
     *,
     follow_offset: float | None = None,
     start: str = models_kit.DEFAULT,
-    **signals: Signals,
 ) -> Evaluation:
     """Score saved models of any family on another log: how far output and inverse are off, and which one to run.
 
@@ -197,8 +192,6 @@ def evaluate(
     start
         Past of the actuator, one of `dehyst.models._start.STARTS`: "model", as the log began that it was identified
         from, "rest", "rising", "falling", or, for models of plays, "unknown".
-    signals
-        Scheduling signals by name that a model needs, such as `load`: an array (T,) for each recording.
 
     Returns
     -------
@@ -225,13 +218,12 @@ def evaluate(
     records = require_recordings(recordings)
     refuse_repeated(records)
     records = tuple(mended(counted_once(record)) for record in records)
-    schedules = schedules_of(records, signals)
     low, high = range_over(_inputs(records))
     # Samples before the input was at both ends tell more of the past than of the model.
     part, assumed = _counting(
         records, low, high, models_kit.check_start(start), tuple(named.values())
     )
-    log = _Log(records, tuple(schedules), part, follow_offset, start)
+    log = _Log(records, part, follow_offset, start)
     entries = [_scored(name, model, log) for name, model in named.items()]
     entries.sort(key=lambda entry: rank(entry.error_percent))
     run, why = _advice(entries)
@@ -491,7 +483,7 @@ def _scored(name: str, model: Model, log: _Log) -> Scored:
     findings: list[Finding] = []
     for record in log.records:
         changed, unit_findings, why = recording_in_units_of(
-            record, (model.card.input, model.card.output)
+            record, (model.card.input, model.card.output), model.context
         )
         if why:
             return Scored(name, model, reason=f"{why}.")
@@ -505,9 +497,8 @@ def _scored(name: str, model: Model, log: _Log) -> Scored:
         records.append(changed)
         findings += unit_findings
     for need in model.needs:
-        if any(need not in signals for signals in log.schedules):
-            option = need.replace("_", "-")
-            why = f"the model depends on '{need}', which was not given: --{option}."
+        if any(need not in record.schedules for record in records):
+            why = f"the model depends on '{need}', which the log does not name: --schedule {need}=COLUMN."
             return Scored(name, model, reason=why)
     findings += _fitted(name, model, log.records) + _outside(model, records)
     moves = [(record.time, record.input) for record in records]
@@ -691,7 +682,7 @@ def _answers(
 ) -> tuple[Array, ...]:
     """Answers along each recording, piece by piece, each begun as the start says."""
     answers = []
-    for record, signal, schedules in zip(records, signals, log.schedules, strict=True):
+    for record, signal in zip(records, signals, strict=True):
         answer = []
         for piece in record.pieces:
             x = np.ascontiguousarray(signal[piece])
@@ -700,7 +691,7 @@ def _answers(
                 time = np.ascontiguousarray(record.time[piece])
             needs = {}
             for need in model.needs:
-                needs[need] = np.ascontiguousarray(schedules[need][piece])
+                needs[need] = np.ascontiguousarray(record.schedules[need][piece])
             if log.start == models_kit.UNKNOWN:
                 answer.append(model.band(x, time, model.usual_past, **needs).middle)
             else:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,6 @@ from dehyst.arrays import Array
 from dehyst.data import Recording, range_over
 from dehyst.errors import UnitError
 from dehyst.findings import Finding
-from dehyst.identification import check_given
 from dehyst.models import Model, SignalCard
 from dehyst.models import kit as models_kit
 from dehyst.monitoring._groups import Cycle, cycles_of, groups_of, samples_of_cycles
@@ -26,7 +25,6 @@ from dehyst.monitoring._parts import (
     MeasuredRecording,
     Parted,
     Scale,
-    Schedules,
     inside,
     part_columns,
     predict_parts,
@@ -35,7 +33,7 @@ from dehyst.monitoring._policy import POLICY
 
 
 def recording_in_units_of(
-    record: Recording, cards: tuple[SignalCard, SignalCard]
+    record: Recording, cards: tuple[SignalCard, SignalCard], context: Sequence[SignalCard] = ()
 ) -> tuple[Recording, list[Finding], str]:
     """Return the recording in the model's units, what was found, and why that cannot be done, or ""."""
     findings: list[Finding] = []
@@ -57,6 +55,22 @@ def recording_in_units_of(
         findings += unit_findings
         if values is not logged:
             changed = replace(changed, **{role: values, f"{role}_unit": card.unit})  # type: ignore[arg-type]
+    schedules, units = dict(record.schedules), dict(record.schedule_units)
+    for card in context:
+        if card.name not in schedules:
+            continue
+        unit, column = units[card.name], f"'{card.name}' of {record.name}"
+        try:
+            schedules[card.name], unit_findings = models_kit.in_units_of(
+                card, schedules[card.name], unit, column
+            )
+        except UnitError:
+            why = f"its '{card.name}' is in {unit}, the model's in {card.unit}. Name another column with --schedule"
+            return record, findings, why
+        findings += unit_findings
+        units[card.name] = card.unit
+    if schedules:
+        changed = replace(changed, schedules=schedules, schedule_units=units)
     return changed, findings, ""
 
 
@@ -125,55 +139,42 @@ class Log:
     cycles: tuple[Cycle, ...] = ()
     reference: tuple[Cycle, ...] = ()
     measured: MeasuredRecording | None = None
-    schedules: Schedules = field(default_factory=dict)
-
-
-def schedules_of(
-    records: Sequence[Recording], signals: Mapping[str, Any]
-) -> list[dict[str, Array]]:
-    """Return the scheduling signals of each recording by name; refuse those that do not fit their recording."""
-    schedules: list[dict[str, Array]] = [{} for _ in records]
-    for name, values in signals.items():
-        for of_record, array in zip(schedules, check_given(name, values, records), strict=True):
-            of_record[name] = array
-    return schedules
 
 
 def reference_log(
-    subject: JudgedModel, reference: Recording | None, schedules: Schedules, findings: list[Finding]
+    subject: JudgedModel, reference: Recording | None, findings: list[Finding]
 ) -> Log | None:
     """Open a recording all of whose cycles are the reference."""
     if reference is None:
         return None
-    log = open_log(subject, reference, schedules, True, findings)
+    log = open_log(subject, reference, True, findings)
     return replace(log, cycles=(), reference=(*log.reference, *log.cycles))
 
 
 def open_log(
     subject: JudgedModel,
     record: Recording,
-    schedules: Schedules,
     has_reference: bool,
     findings: list[Finding],
 ) -> Log:
     """Convert a recording, check its range, cut it into cycles, and set those apart that the model was made from."""
     model = subject.model
     record, unit_findings, why = recording_in_units_of(
-        record, (model.card.input, model.card.output)
+        record, (model.card.input, model.card.output), model.context
     )
     # Several logs in a foreign unit are told of once.
     findings += [finding for finding in unit_findings if finding not in findings]
     if why:
         return Log(record, why)
     x, _ = subject.signals(record)
-    why = subject.cannot(record, schedules) or uncovered(x, subject.drive)
+    why = subject.cannot(record) or uncovered(x, subject.drive)
     if why:
         return Log(record, why)
     cycles = cycles_of(x, record.pieces, float(np.min(x)), float(np.max(x)))
     share = fitted_share(model, record)
     if share is None:
         groups = groups_of(now_of(cycles), MOST_GROUPS)
-        return Log(record, too_few(groups, cycles), cycles, schedules=schedules)
+        return Log(record, too_few(groups, cycles), cycles)
     # The model was made from this log: what it was fitted to is the reference of the rest, or of the other logs.
     split, place = len(record), ""
     if not has_reference:
@@ -187,7 +188,7 @@ def open_log(
         elif cycle.begin >= split:
             new.append(cycle)
     why = too_few(groups_of(old, MOST_GROUPS), old, place)
-    return Log(record, why, tuple(new), tuple(old), schedules=schedules)
+    return Log(record, why, tuple(new), tuple(old))
 
 
 def fitted_share(model: Model, record: Recording) -> float | None:
@@ -297,7 +298,7 @@ def with_model(subject: JudgedModel, log: Log, scale: Scale) -> Log:
     if log.why_not:
         return log
     x, y = subject.signals(log.record)
-    prediction = predict_parts(subject, log.record, log.schedules)
+    prediction = predict_parts(subject, log.record)
     inverse_error = None
     if prediction.drive is not None:
         inverse_error = prediction.drive - x

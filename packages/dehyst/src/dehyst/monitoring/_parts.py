@@ -118,12 +118,14 @@ class JudgedModel:
             return record.output, record.input
         return record.input, record.output
 
-    def cannot(self, record: Recording, schedules: Schedules) -> str:
+    def cannot(self, record: Recording) -> str:
         """Return why a recording does not hold what the model needs, or ""."""
         for name in self.runs.needs:
-            if name not in schedules:
-                option = name.replace("_", "-")
-                return f"the model depends on '{name}', which was not given. Name its column: --{option}"
+            if name not in record.schedules:
+                return (
+                    f"the model depends on '{name}', which the log does not name. Name its column: --schedule "
+                    f"{name}=COLUMN"
+                )
         if self.runs.rate_dependent and record.time is None:
             return "the model has creep or viscosity, but the log has no time stamps. Name its time column with --time"
         return ""
@@ -137,34 +139,34 @@ def inside(subject: JudgedModel, x: Array) -> npt.NDArray[np.bool_]:
     return np.asarray((x >= low) & (x <= high))
 
 
-def predict_parts(
-    subject: JudgedModel, record: Recording, schedules: Schedules | None = None
-) -> Prediction:
+def predict_parts(subject: JudgedModel, record: Recording) -> Prediction:
     """Run a model over a recording; before every piece it is taken to have gone through its range and come up."""
     if subject.runs.core == DIRECT:
-        return _direct(cast(DirectInverse, subject.runs), record, schedules or {})
+        return _direct(cast(DirectInverse, subject.runs), record)
     if subject.runs.core == ELEMENTS:
-        return _elements(subject.runs, record, schedules or {})
+        return _elements(subject.runs, record)
     return _plays(subject, cast(HysteresisModel, subject.runs), record)
 
 
-def _direct(model: DirectInverse, record: Recording, schedules: Schedules) -> Prediction:
+def _direct(model: DirectInverse, record: Recording) -> Prediction:
     """Run a direct inverse with any past: what it does not know yet is not used before both ends were visited."""
     restart = np.zeros(len(record), dtype=np.bool_)
     restart[list(record.breaks)] = True
     time = record.time
     if time is None:
         time = np.arange(len(record), dtype=np.float64)
-    ran = model.with_known(False).run(record.output, time, given=schedules, restart=restart)
+    ran = model.with_known(False).run(
+        record.output, time, given=_needed(model, record), restart=restart
+    )
     creep, viscous = ran.parts[:, CREEPING].copy(), ran.parts[:, VISCID].copy()
     loop = np.sum(np.delete(ran.parts, (CREEPING, VISCID), axis=1), axis=1)
     drive = None
     if model.card.output.low is not None:
-        drive = _followed(model, record, time, schedules)
+        drive = _followed(model, record, time)
     return Prediction(ran.u, loop, drive, creep, viscous)
 
 
-def _elements(model: Any, record: Recording, schedules: Schedules) -> Prediction:
+def _elements(model: Any, record: Recording) -> Prediction:
     """Run a sum of elements, the same without lags, and without memory: what differs is creep, and the loop."""
     model = model.with_start("rising")
     response, loop, drive, creep = np.empty((4, len(record)))
@@ -173,7 +175,7 @@ def _elements(model: Any, record: Recording, schedules: Schedules) -> Prediction
         time = None
         if record.time is not None:
             time = record.time[piece]
-        signals = _piece_of(schedules, piece)
+        signals = _needed(model, record, piece)
         y = model.simulate(x, time, **signals)
         # Lags without memory would be creep of the curve: each simulation leaves out one thing more.
         quick = model.without_lags.simulate(x, time, **signals)
@@ -192,17 +194,17 @@ def _elements(model: Any, record: Recording, schedules: Schedules) -> Prediction
     return prediction
 
 
-def _piece_of(schedules: Schedules, piece: slice) -> dict[str, Array]:
+def _needed(model: Any, record: Recording, piece: slice = slice(None)) -> dict[str, Array]:
     """Scheduling signals over one piece of a recording."""
-    return {name: np.ascontiguousarray(values[piece]) for name, values in schedules.items()}
+    return {name: np.ascontiguousarray(record.schedules[name][piece]) for name in model.needs}
 
 
-def _followed(model: DirectInverse, record: Recording, time: Array, schedules: Schedules) -> Array:
+def _followed(model: DirectInverse, record: Recording, time: Array) -> Array:
     """Output that the logged input gives, by the model solved for it."""
     outputs = []
     for piece in record.pieces:
         clock = np.ascontiguousarray(time[piece])
-        signals = _piece_of(schedules, piece)
+        signals = _needed(model, record, piece)
         outputs.append(models_kit.follow(model, record.input[piece], clock, signals).y)
     return np.concatenate(outputs)
 

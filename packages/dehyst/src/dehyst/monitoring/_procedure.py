@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from dehyst.arrays import Array
 from dehyst.data import Recording, refuse_repeated, require_recordings
@@ -30,7 +29,6 @@ from dehyst.monitoring._logs import (
     say_what_is_beyond,
     say_what_limits,
     scale_of,
-    schedules_of,
     unexplained,
     with_model,
 )
@@ -124,13 +122,8 @@ def _identified(model: Parted, logs: Sequence[Log], share: float) -> Fit:
     if not isinstance(settings, dict):
         settings = {}
     if model.core == DIRECT:
-        signals: dict[str, Any] = {}
-        for log in logs:
-            for name in ("load", "mean_pressure"):
-                if name in model.needs:
-                    signals.setdefault(name, []).append(log.schedules[name])
         times = settings.get("creep_times") or None
-        return identify(records, model.family, creep_times=times, train_fraction=share, **signals)
+        return identify(records, model.family, creep_times=times, train_fraction=share)
     if model.core == ELEMENTS:
         return identify(records, model.family, train_fraction=share, size=settings.get("size"))
     # What is saved as one family may have been identified as another, whose weights mean the same.
@@ -159,7 +152,7 @@ def _pairs(renewed: JudgedModel, logs: Sequence[Log]) -> list[tuple[float, float
         test_cycles = [cycle for cycle in log.cycles if cycle.begin >= split]
         if log.measured is None or not test_cycles:
             continue
-        response = predict_parts(renewed, log.record, log.schedules).response
+        response = predict_parts(renewed, log.record).response
         old_square = log.measured.error**2
         new_square = (log.measured.response - response) ** 2
         for group in groups_of(test_cycles, share):
@@ -202,7 +195,6 @@ def _signed(new: Parted, judged: Parted, old: Parted, reason: str) -> Parted:
 
 
 Steps: TypeAlias = tuple[tuple[str, ...], ...]
-Signals: TypeAlias = npt.ArrayLike | Sequence[npt.ArrayLike] | None
 
 FALSE_ALARM = 0.01
 # Tests on few groups of cycles keep their promise up to this level.
@@ -220,8 +212,6 @@ def drift(
     least: float | None = None,
     ignore: Sequence[str] = (),
     refit: bool = False,
-    load: Signals = None,
-    mean_pressure: Signals = None,
 ) -> Drift:
     """Tell whether an actuator has changed since its model was identified, in which part, and since when.
 
@@ -256,9 +246,6 @@ def drift(
     refit
         Whether to identify the family anew where the actuator has drifted: on the first half of each log since, to be
         accepted if it is better on the other half, and then on all of them.
-    load, mean_pressure
-        Signals that the weights of a direct inverse may depend on: an array (T,) for each recording, and one more for
-        the reference if there is one.
 
     Returns
     -------
@@ -290,22 +277,11 @@ def drift(
     rate = _checked(false_alarm, least, ignore)
     findings: list[Finding] = []
     subject = JudgedModel.of(model)
-    with_reference = list(records)
     if reference is not None:
         reference = mended(reference)
-        with_reference.append(reference)
-    signals: dict[str, Signals] = {}
-    if load is not None:
-        signals["load"] = load
-    if mean_pressure is not None:
-        signals["mean_pressure"] = mean_pressure
-    schedules = schedules_of(with_reference, signals)
-    base_log = reference_log(subject, reference, schedules[-1], findings)
-    has_reference = len(with_reference) > 1
-    # The last schedules are those of the reference, so that there may be one more of them.
-    logs = []
-    for record, scheduled in zip(records, schedules, strict=False):
-        logs.append(open_log(subject, record, scheduled, has_reference, findings))
+    base_log = reference_log(subject, reference, findings)
+    has_reference = len(records) + (reference is not None) > 1
+    logs = [open_log(subject, record, has_reference, findings) for record in records]
     if base_log is not None and base_log.why_not:
         findings.append(
             Finding(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -21,7 +21,6 @@ from dehyst.identification._direct.data import (
     DirectData,
     DirectPiece,
     check_creep,
-    check_given,
     period_of,
     prepare_direct,
     time_constants,
@@ -49,15 +48,12 @@ from dehyst.identification._direct.selection import (
 from dehyst.identification._evidence import Evidence, without_holds
 from dehyst.identification._families import FAMILIES
 from dehyst.identification._fit import Certificate, ComparedSetting, Fit
-from dehyst.identification._prepared import Prepared, prepared
-from dehyst.identification._scores import Measure, Measured, Part, part_of
-from dehyst.identification._split import HALF
+from dehyst.identification._prepared import Prepared
+from dehyst.identification._scores import Measured, Part, part_of
 from dehyst.models import DirectInverse, ModelCard, Schedule, SignalCard
 from dehyst.models import kit as models_kit
 
 ROUTE = "non-negative least squares of the terms"
-LOAD, MEAN_PRESSURE = "load", "mean_pressure"
-Given = npt.ArrayLike | Sequence[npt.ArrayLike] | None
 
 
 def build_direct(
@@ -155,11 +151,6 @@ class Direct:
         none; "auto" offers six and keeps them if held-out error says so. Creep and rate need time stamps.
     creep_times
         Time constants instead, (m,), increasing; not together with a number of them. [s]
-    load, mean_pressure
-        Scheduling signals: the weights are blended between their lowest and highest fitted value. One value a sample,
-        (T,), or one such array for each recording.
-    units
-        Units of the scheduling signals by name, ``{"load": "N", "mean_pressure": "bar"}``.
     position_schedule
         Whether the weights may change with the output, for loops that are not symmetric; they do if held-out error says
         so. Without it the input is guaranteed to rise with the output, whatever the past.
@@ -177,21 +168,11 @@ class Direct:
 
     creep: int | str = AUTO
     creep_times: npt.ArrayLike | None = None
-    load: Given = None
-    mean_pressure: Given = None
-    units: Mapping[str, str] | None = None
     position_schedule: bool = True
     initial_state: str = AUTO
     stops_only: bool = False
 
     family = DirectInverse.family
-
-    def prepared(self, records: tuple[Recording, ...], train_fraction: float | None) -> Prepared:
-        """Return recordings that were checked, split: one of several may be all that there is at one load."""
-        scheduled = self.load is not None or self.mean_pressure is not None
-        if scheduled and train_fraction is None:
-            train_fraction = HALF
-        return prepared(records, train_fraction)
 
     def fit(self, log: Prepared) -> Outcome:
         """Choose the terms and fit them."""
@@ -229,9 +210,7 @@ class Direct:
         records = log.records
         times = check_creep(self.creep, self.creep_times)
         starts = _check_start(self.initial_state)
-        signals = {LOAD: self.load, MEAN_PRESSURE: self.mean_pressure}
-        schedules = _check_schedules(records, signals, self.units or {})
-        data = prepare_direct(records, log.split, schedules)
+        data = prepare_direct(records, log.split)
         _refuse_untimed(data, self.creep, times, records)
         constants = np.zeros(0)
         if data.timed:
@@ -257,10 +236,7 @@ class Direct:
             starts,
             by_output=bool(self.position_schedule),
         )
-        measure = log.measure
-        if data.schedules:
-            measure = Measure(records, _loads(data, schedules))
-        return _Choice(data, layout, trials, trial, bool(required), measure)
+        return _Choice(data, layout, trials, trial, bool(required))
 
 
 class _Choice(NamedTuple):
@@ -271,19 +247,6 @@ class _Choice(NamedTuple):
     trials: Trials
     trial: TriedShape
     asked: bool
-    measure: Measure
-
-
-def _loads(
-    data: DirectData, samples: Mapping[str, tuple[tuple[Array, ...], str]]
-) -> list[list[Array]]:
-    """Share of the range of each scheduling signal along each recording."""
-    recordings = len(next(iter(samples.values()))[0])
-    shares: list[list[Array]] = [[] for _ in range(recordings)]
-    for signal in data.schedules:
-        for index, values in enumerate(samples[signal.name][0]):
-            shares[index].append(signal.share(values))
-    return shares
 
 
 def _check_start(initial_state: str) -> tuple[str, ...]:
@@ -295,16 +258,6 @@ def _check_start(initial_state: str) -> tuple[str, ...]:
             initial_state=initial_state,
         )
     return (initial_state,)
-
-
-def _check_schedules(
-    records: tuple[Recording, ...], signals: Mapping[str, Given], units: Mapping[str, str]
-) -> dict[str, tuple[tuple[Array, ...], str]]:
-    schedules = {}
-    for name, values in signals.items():
-        if values is not None:
-            schedules[name] = (check_given(name, values, records), units.get(name, ""))
-    return schedules
 
 
 def _refuse_untimed(
@@ -328,7 +281,7 @@ class _Answers(NamedTuple):
 
 def _outcome(log: Prepared, choice: _Choice, settings: dict[str, Any]) -> Outcome:
     """Fit the chosen terms."""
-    data, layout, trials, chosen, asked, measure = choice
+    data, layout, trials, chosen, asked = choice
     shape, records, whole = chosen.shape, log.records, log.data
     estimate = solve_shape(layout, shape, *trials.system(shape))
     model = build_direct(layout, estimate, data, _signals(records, data))
@@ -346,7 +299,7 @@ def _outcome(log: Prepared, choice: _Choice, settings: dict[str, Any]) -> Outcom
 
     def measured(turns: int) -> Measured:
         answered = answers.outputs, answers.demands
-        return measure.compared(whole, answers.scored, *answered, float("nan"), static, turns)
+        return log.measure.compared(whole, answers.scored, *answered, float("nan"), static, turns)
 
     def remarks(measured: Measured) -> Iterator[Finding]:
         uncertainty = 100.0 * data.amplitude / data.input_range * chosen.uncertainty

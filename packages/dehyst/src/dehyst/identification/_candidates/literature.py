@@ -12,7 +12,7 @@ from dehyst.arrays import Array, Mask
 from dehyst.data import Recording, range_over
 from dehyst.data import kit as data_kit
 from dehyst.errors import IdentificationError
-from dehyst.families import LoopModel, Training, first_input, steps_of
+from dehyst.families import LoopModel, Stretch, Training, first_input, steps_of
 from dehyst.families import family as family_of
 from dehyst.families import kit as families_kit
 from dehyst.findings import Finding
@@ -22,6 +22,7 @@ from dehyst.identification._data import DataSet, Piece, inputs_of
 from dehyst.identification._evidence import beyond_rests, without_holds
 from dehyst.identification._fit import Certificate, ComparedSetting
 from dehyst.identification._prepared import Prepared
+from dehyst.identification._schedules import scheduling_of, signals_for
 from dehyst.identification._scores import Measured, scored_parts
 from dehyst.identification._selection import BLOCKS
 from dehyst.models import StaticCurve
@@ -113,11 +114,8 @@ def _input_misses(training: Training, model: LoopModel) -> Array:
     """Input that the inverse asks for less the applied one along all stretches, scaled."""
     misses = []
     for stretch in training.stretches:
-        dt = None
-        if model.rate_dependent:
-            dt = stretch.dt
-        memory = model.before(first_input(model, float(stretch.y[0])))
-        misses.append(model.run_inverse(stretch.y, dt, memory)[0] - stretch.x)
+        first = first_input(model, float(stretch.y[0]), **stretch.surroundings(model))
+        misses.append(stretch.run_inverse(model, first) - stretch.x)
     return np.concatenate(misses)
 
 
@@ -175,13 +173,21 @@ def loop_outcome(
 
 def _remarks(log: Prepared, model: LoopModel, measured: Measured) -> Iterator[Finding]:
     """What rests and another speed do to a model that depends on time."""
-    x, time = log.records[0].input[:MOST_PLAYED], log.records[0].time
+    record = log.records[0]
+    played = slice(0, MOST_PLAYED)
+    x, time, signals = record.input[played], record.time, signals_for(model, record, played)
     if time is None or not model.rate_dependent:
         return
-    time = time[:MOST_PLAYED]
+    time = time[played]
     span = range_over(inputs_of(log.records))
-    yield from without_holds(measured.evidence, lambda at: model.simulate(x, at), time, span)
-    yield from beyond_rests(x, time, model.simulate, log.data.output_range)
+
+    def simulate(x: Array, time: Array) -> Array:
+        return model.simulate(x, time, **signals)
+
+    yield from without_holds(measured.evidence, lambda at: simulate(x, at), time, span)
+    # What rests add is tried on a longer time than the signals of the log cover.
+    if not signals:
+        yield from beyond_rests(x, time, simulate, log.data.output_range)
 
 
 def _measured(log: Prepared, model: LoopModel, static: StaticCurve, turns: int) -> Measured:
@@ -200,13 +206,14 @@ def _measured(log: Prepared, model: LoopModel, static: StaticCurve, turns: int) 
 
 def _round_trip(model: LoopModel, record: Recording) -> float:
     """Largest difference after model and inverse, either way round, relative to the ranges."""
-    x, time = record.input[:MOST_PLAYED], record.time
+    played = slice(0, MOST_PLAYED)
+    x, time, signals = record.input[played], record.time, signals_for(model, record, played)
     if time is not None:
-        time = time[:MOST_PLAYED]
+        time = time[played]
     model = model.prompt
-    y = model.simulate(x, time)
-    back = model.inverse().simulate(y, time)
-    again = model.simulate(back, time)
+    y = model.simulate(x, time, **signals)
+    back = model.inverse().simulate(y, time, **signals)
+    again = model.simulate(back, time, **signals)
     return max(_relative_miss(back, x), _relative_miss(again, y))
 
 
@@ -217,30 +224,28 @@ def _relative_miss(result: Array, goal: Array) -> float:
 def predicted(model: LoopModel, records: tuple[Recording, ...], data: DataSet) -> tuple[Array, ...]:
     """Output of a model for each recording; every piece starts from its own memory. [output]"""
     outputs = [np.empty(len(record)) for record in records]
-    for piece, x, _, dt in _pieces(records, data, model):
-        f = model.run(x, dt, model.before(float(x[0])))[0]
-        outputs[piece.recording][piece.start : piece.start + x.size] = model.scaling.outward(f)
+    for piece, stretch in _pieces(records, data):
+        f = stretch.run(model)
+        outputs[piece.recording][piece.start : piece.start + f.size] = model.scaling.outward(f)
     return tuple(outputs)
 
 
 def demanded(model: LoopModel, records: tuple[Recording, ...], data: DataSet) -> tuple[Array, ...]:
     """Input that the inverse asks for at the measured output of each recording, known as far ahead as it takes."""
     inputs = [np.empty(len(record)) for record in records]
-    for piece, _, y, dt in _pieces(records, data, model):
-        memory = model.before(first_input(model, float(y[0])))
-        u = model.run_inverse(y, dt, memory)[0]
+    for piece, stretch in _pieces(records, data):
+        first = first_input(model, float(stretch.y[0]), **stretch.surroundings(model))
+        u = stretch.run_inverse(model, first)
         asked = model.ahead(model.scaling.center + model.scaling.half_range * u)
-        inputs[piece.recording][piece.start : piece.start + y.size] = asked
+        inputs[piece.recording][piece.start : piece.start + u.size] = asked
     return tuple(inputs)
 
 
-def _pieces(
-    records: tuple[Recording, ...], data: DataSet, model: LoopModel
-) -> Iterator[tuple[Piece, Array, Array, Array | None]]:
+def _pieces(records: tuple[Recording, ...], data: DataSet) -> Iterator[tuple[Piece, Stretch]]:
     for piece in data.pieces:
         x = np.ascontiguousarray(np.asarray(piece.x[:], dtype=np.float64))
         y = np.ascontiguousarray(np.asarray(piece.y[:], dtype=np.float64))
-        dt = None
-        if model.rate_dependent:
-            dt = steps_of(records[piece.recording], piece.start, x.size)
-        yield piece, x, y, dt
+        record = records[piece.recording]
+        dt = steps_of(record, piece.start, x.size)
+        scheduling = scheduling_of(record, slice(piece.start, piece.start + x.size))
+        yield piece, Stretch(x, y, dt, np.ones(x.size, dtype=np.bool_), scheduling)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,15 +14,14 @@ from dehyst.errors import ExcitationError, ParameterError
 from dehyst.identification import _facts as facts
 from dehyst.identification._data import (
     all_timed,
-    arrays_of,
     inputs_of,
     middle,
     outputs_of,
     prepare,
     require_gain,
-    shape_misfit,
 )
 from dehyst.identification._memory import known_after_break, known_from
+from dehyst.identification._schedules import ScheduleRange, schedule_ranges
 from dehyst.identification._split import Split
 from dehyst.models import kit as models_kit
 
@@ -70,21 +69,6 @@ class DirectPiece:
 
 
 @dataclass(frozen=True)
-class GivenRange:
-    """Range of a scheduling signal over the fitted part; [unit]."""
-
-    name: str
-    unit: str
-    low: float
-    high: float
-
-    def share(self, values: Array) -> Array:
-        """Share of the range, 0 at its low end and below, 1 at its high end and above."""
-        share: Array = np.clip((values - self.low) / (self.high - self.low), 0.0, 1.0)
-        return share
-
-
-@dataclass(frozen=True)
 class DirectData:
     """All pieces, and the scaling y = center + half_range * y_scaled, u = level + amplitude * u_scaled."""
 
@@ -93,7 +77,7 @@ class DirectData:
     half_range: float
     level: float
     amplitude: float
-    schedules: tuple[GivenRange, ...]
+    schedules: tuple[ScheduleRange, ...]
     input_range: float
     output_range: float
     timed: bool
@@ -104,17 +88,9 @@ class DirectData:
         return sum(int(np.count_nonzero(piece.mask(True))) for piece in self.pieces)
 
 
-def prepare_direct(
-    records: Sequence[Recording],
-    split: Split,
-    schedules: Mapping[str, tuple[tuple[Array, ...], str]],
-) -> DirectData:
+def prepare_direct(records: Sequence[Recording], split: Split) -> DirectData:
     """Split, scale and cut recordings into pieces.
 
-    Parameters
-    ----------
-    schedules
-        Name of each scheduling signal, its samples for each recording, and its unit.
     Raises
     ------
     ExcitationError
@@ -130,9 +106,7 @@ def prepare_direct(
     center, half = middle(records[0], range_over(fitted_outputs), "output", split.fitted_part)
     require_gain(records[0], amplitude, half)
     _refuse_falling(records, split)
-    ranges = []
-    for name, (parts, unit) in schedules.items():
-        ranges.append(_given_range(name, parts, unit, split.ends))
+    ranges = schedule_ranges(records, split.ends)
     pieces = []
     for index, (record, end) in enumerate(zip(records, split.ends, strict=True)):
         left_out = np.array(record.left_out, dtype=np.int64)
@@ -143,7 +117,7 @@ def prepare_direct(
                 time = time[span]
             shares = []
             for signal in ranges:
-                shares.append(signal.share(schedules[signal.name][0][index][span]))
+                shares.append(signal.share(record.schedules[signal.name][span]))
             # After a gap the past is unknown until the output has been at both of its extremes.
             known_since = known_from(y, -1.0, 1.0)
             if order:
@@ -164,7 +138,7 @@ def prepare_direct(
         half,
         level,
         amplitude,
-        tuple(ranges),
+        ranges,
         input_range,
         output_range,
         timed,
@@ -208,42 +182,6 @@ def _refuse_falling(records: Sequence[Recording], split: Split) -> None:
             f"that of the compensator's signal with it.",
             trend=-1,
         )
-
-
-def _given_range(name: str, parts: tuple[Array, ...], unit: str, ends: Sequence[int]) -> GivenRange:
-    low, high = range_over([part[:k] for part, k in zip(parts, ends, strict=True)])
-    if not high - low > 1e-9 * max(abs(low), abs(high), 1e-300):
-        raise ExcitationError(
-            f"the scheduling signal '{name}' stays at {low:g} {unit}".rstrip()
-            + " in the part that is fitted: nothing can be learnt about what it changes. Leave it out, fit a larger "
-            "part (--train-fraction), or log with different values of it: in one log, or in several runs that are "
-            "fitted together (repeat --run, or name several logs).",
-            value=low,
-        )
-    return GivenRange(name, unit, low, high)
-
-
-def check_given(name: str, values: object, records: Sequence[Recording]) -> tuple[Array, ...]:
-    """Return one array (T,) of a scheduling signal for each recording; refuse what does not fit the recordings."""
-    try:
-        arrays = arrays_of(values, records)
-    except (TypeError, ValueError) as fault:
-        raise ParameterError(
-            f"{name} is not made of numbers ({fault}). Pass one value for each sample of the recording, or a list of "
-            f"such arrays, one for each recording."
-        ) from None
-    misfit = shape_misfit(arrays, records)
-    if misfit:
-        raise ParameterError(f"{name} has {misfit}. Pass one value for each sample.")
-    for part, record in zip(arrays, records, strict=True):
-        bad = np.flatnonzero(~np.isfinite(part))
-        if bad.size:
-            raise ParameterError(
-                f"{name} of '{record.name}' is not finite at {bad.size} samples, the first at index {bad[0]}. The "
-                f"compensator would be scaled by it. Fill those samples, or leave them out of the recording.",
-                indices=bad,
-            )
-    return arrays
 
 
 AUTO = "auto"

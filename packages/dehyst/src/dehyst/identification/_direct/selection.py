@@ -23,6 +23,7 @@ from dehyst.identification._direct.program import (
 )
 from dehyst.identification._evidence import CREEP, Evidence
 from dehyst.identification._fit import Fit, InputError
+from dehyst.identification._schedules import learned_once, without_gain
 
 # Blocks that rate and time are tested on, and folds that terms are chosen by, of two blocks each.
 BLOCKS, FOLDS = 10, 5
@@ -192,35 +193,15 @@ def about_terms(
 def _about_schedules(data: DirectData, shape: Shape, trials: Trials) -> Iterator[Finding]:
     if not data.schedules:
         return
-    once = []
-    for k, signal in enumerate(data.schedules):
-        if _once(data, k):
-            once.append(f"'{signal.name}'")
+    names = [signal.name for signal in data.schedules]
+    fitted = []
+    for piece in data.pieces:
+        fitted.append(np.column_stack(piece.shares)[piece.mask(True)])
+    once = tuple(learned_once(names, np.concatenate(fitted)))
     if once:
-        yield Finding(
-            "schedule-once",
-            f"{' and '.join(once)} leaves half of its range in one stretch of the fitted part only: what it changes is "
-            f"learnt there alone, and held-out blocks cannot judge it. Log every value of it several times, or a run "
-            f"under each (repeat --run, or name several logs), or fit a larger part (--train-fraction).",
-        )
-        return
-    with_it, without_it = trials.schedules_worth(shape)
-    if with_it < (1.0 - TERM_WORTH) * without_it:
-        return
-    names = " and ".join(f"'{signal.name}'" for signal in data.schedules)
-    yield Finding(
-        "schedule-no-gain",
-        f"weights that depend on {names} do not lower the error on held-out blocks (rms {with_it / without_it:.2f} "
-        f"times that without). It changes too little in this log, or does not matter: leave it out, or log more "
-        "values of it.",
-    )
-
-
-def _once(data: DirectData, k: int) -> bool:
-    """Whether without one of the folds a given schedule keeps to half of its range."""
-    shares = np.concatenate([piece.shares[k][piece.mask(True)] for piece in data.pieces])
-    folds = np.array_split(np.arange(shares.size), FOLDS)
-    return any(float(np.ptp(np.delete(shares, fold))) < 0.5 for fold in folds)
+        yield from once
+    else:
+        yield from without_gain(names, *trials.schedules_worth(shape), left_out=False)
 
 
 def about_direct_fit(
