@@ -238,6 +238,7 @@ def _print(lost: LostMotion, made: BacklashTable, machine: str, request: Backlas
         print_findings(findings)
         print_end("", picture=request.figure)
         return
+    app_kit.terminal().print()
     _print_left(lost, made)
     app_kit.terminal().print(
         f"read back as the machine reads it: within {made.read_back:.1g} {lost.unit} of what was meant"
@@ -265,9 +266,9 @@ def _print_points(lost: LostMotion) -> None:
         rows.append(
             (
                 f"{nominal:g}",
-                f"{lost.rising[k]:+.{digits}f}",
-                f"{lost.falling[k]:+.{digits}f}",
-                f"{lost.lost_motion[k]:+.{digits}f}",
+                f"{lost.rising[k]:+z.{digits}f}",
+                f"{lost.falling[k]:+z.{digits}f}",
+                f"{lost.lost_motion[k]:+z.{digits}f}",
                 f"{lost.interval[k]:.{digits}f}",
                 f"{below} + {above}",
             )
@@ -285,14 +286,14 @@ def _print_points(lost: LostMotion) -> None:
     )
     out.print(
         f"one reading repeats to {lost.spread:.{digits}f} {lost.unit} (1 standard deviation, {lost.freedom} degrees of "
-        f"freedom); {lost.offset:+.{digits}f} {lost.unit} were taken from all errors, so that the mean of both "
+        f"freedom); {lost.offset:+z.{digits}f} {lost.unit} were taken from all errors, so that the mean of both "
         f"directions is 0 at {lost.nominal[lost.reference]:g}"
     )
 
 
 def _digits(lost: LostMotion) -> int:
-    """Decimals that show a tenth of the spread, between 3 and 6."""
-    return int(np.clip(np.ceil(1.0 - np.log10(max(lost.spread, 1e-9))), 3, 6))
+    """Decimals that show the spread, between 3 and 6."""
+    return int(np.clip(np.ceil(-np.log10(max(lost.spread, 1e-9))), 3, 6))
 
 
 def _print_left(lost: LostMotion, made: BacklashTable) -> None:
@@ -301,7 +302,6 @@ def _print_left(lost: LostMotion, made: BacklashTable) -> None:
     for name, figure in FIGURES_LEFT.items():
         rows.append((name, f"{figure(lost):.{digits}f}", f"{figure(made):.{digits}f}"))
     out = app_kit.terminal()
-    out.print()
     out.print(table((f"[{lost.unit}]", ">measured", ">left at these points"), rows))
 
 
@@ -367,7 +367,6 @@ def _check(request: BacklashRequest) -> None:
     if request.json:
         print_json(_facts(lost, made, machine, request.axis) | {"helps": helps})
     else:
-        _print_points(lost)
         _print_left(lost, made)
         print_findings(lost.findings)
         _print_verdict(place, machine, helps)

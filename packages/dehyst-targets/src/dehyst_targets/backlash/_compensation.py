@@ -74,7 +74,7 @@ def compensation_for(lost: LostMotion, *, one_number: bool) -> Compensation:
     --------
     >>> lost = LostMotion.example()
     >>> compensation_for(lost, one_number=True).rising.round(4).tolist()
-    [0.0201]
+    [0.0199]
     """
     if one_number:
         half = np.array([0.5 * lost.mean])

@@ -387,7 +387,9 @@ def _shape(lost: LostMotion) -> list[Finding]:
     line = slope * lost.nominal + level
     step = np.diff(lost.nominal)
     noise = monitoring_kit.place_of_tail(0.5 * POLICY.chance / step.size, lost.freedom)
-    noise *= math.sqrt(2.0) * lost.spread
+    # One slip among readings of one repeat is in the spread, but hardly in the median.
+    away = np.abs(lost.lost_motion - np.median(lost.lost_motion))
+    noise *= min(math.sqrt(2.0) * lost.spread, 1.4826 * float(np.median(away)))
     for name, error in (("rising", lost.rising), ("falling", lost.falling)):
         change = np.abs(np.diff(error - line))
         k = int(np.argmax((change - noise) / step))

@@ -390,7 +390,7 @@ MACHINES = MappingProxyType(
             read=_read_marlin,
             files=_marlin_files,
             main=".gcode",
-            limit="a first move after a turn that is shorter than the lost motion, which takes up only as much as its own "
+            limit="a first move after a turn that is shorter than the lost motion, which takes up no more than its own "
             "length",
         ),
         "klipper": MachineFormat(

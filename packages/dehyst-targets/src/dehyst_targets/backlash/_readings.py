@@ -26,8 +26,8 @@ ERROR = frozenset(words("error deviation abweichung"))
 DIRECTION = frozenset(words("direction side approached richtung"))
 APPROACH = frozenset({"approach"})
 TIME = frozenset(words("time t zeit"))
-RISING = frozenset(["rising", "up", "forward", "positive", "below", "+", "+1", "1"])
-FALLING = frozenset(["falling", "down", "backward", "reverse", "negative", "above", "-", "-1"])
+RISING = frozenset(["rising", "up", "forward", "positive", "below", "1"])
+FALLING = frozenset(["falling", "down", "backward", "reverse", "negative", "above", "-1"])
 INCH = 25.4  # mm
 NEAR = 0.05  # share within which a factor is taken for that of another unit
 MOST_DECIMALS = 9  # that a reading may have
@@ -302,6 +302,7 @@ def _directions(table: LogTable) -> Mask | None:
         cells = [cell.strip().lower() for cell in table.labels[name].tolist()]
     else:
         cells = [f"{value:g}" for value in table.columns[name].tolist()]
+        cells = ["(no word)" if cell == "nan" else cell for cell in cells]
     rising = np.zeros(len(cells), dtype=bool)
     for number, cell in enumerate(cells):
         first = (cell.split() or [""])[-1]
@@ -341,18 +342,25 @@ def _stops(
 
 
 def _from_order(name: str, x: Array, findings: list[Finding]) -> Mask:
-    """Directions by the order of the commands: onward is rising, back is falling, the same again the other side."""
+    """Directions by the order of the commands.
+
+    Where every command stands twice, as in a plan, the first is rising. Otherwise onward is rising, back is falling,
+    and the same command again was reached from the other side, as at the end of a run.
+    """
     rising = np.ones(x.size, dtype=bool)
     steps = np.diff(x)
-    if steps.size and steps[0] < 0.0:
+    if x.size % 2 == 0 and np.array_equal(x[::2], x[1::2]):
+        rising[1::2] = False
+        steps = steps[:0]
+    elif steps[:1].sum() < 0.0:
         rising[0] = False
     for number, step in enumerate(steps, start=1):
         rising[number] = step > 0.0 or (step == 0.0 and not rising[number - 1])
     _refuse_uneven(name, x, rising)
     message = (
         f"no column says the direction; by the order of the commands {int(rising.sum())} readings are rising and "
-        f"{int((~rising).sum())} falling (a command that is repeated was reached from the other side). If that is "
-        f"wrong, add a column 'direction'."
+        f"{int((~rising).sum())} falling (a command that stands twice was reached from below first, or at the end of "
+        f"a run from the other side). If that is wrong, add a column 'direction'."
     )
     findings.append(Finding("backlash-direction", message))
     return rising

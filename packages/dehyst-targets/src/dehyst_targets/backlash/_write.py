@@ -135,7 +135,7 @@ def write_table(
     --------
     >>> import tempfile
     >>> write_table(LostMotion.example(), "marlin", "X", tempfile.mkdtemp()).files["x.gcode"]
-    'G21\\nM425 X0.0402 F1 S0\\n'
+    'G21\\nM425 X0.0398 F1 S0\\n'
     """
     table = make_table(lost, machine, axis, smoothing=smoothing)
     if table.files:
