@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -153,13 +154,18 @@ def _table(request: BacklashRequest) -> None:
     if request.figure is not None:
         title = f"{request.axis} axis, {lost.nominal.size} points, for {MACHINES[machine].title}"
         write_backlash_figure(request.figure, lost, made, title)
-    if request.json:
-        print_json(_facts(lost, made, machine, request.axis))
-    else:
-        _print(lost, made, machine, request)
-    if not made.files:
-        with concluding(Status.NO):
-            pass
+    with _verdict(bool(made.files)):
+        if request.json:
+            print_json(_facts(lost, made, machine, request.axis))
+        else:
+            _print(lost, made, machine, request)
+
+
+def _verdict(yes: bool) -> AbstractContextManager[None]:
+    """Return what prints and ends with status 1 after a no, even if its reader leaves."""
+    if yes:
+        return nullcontext()
+    return concluding(Status.NO)
 
 
 def _machine(request: BacklashRequest) -> str:
@@ -364,15 +370,13 @@ def _check(request: BacklashRequest) -> None:
 
     made = checked_table(text_of(place, refused), lost, machine, request.axis)
     helps = _rms(made) < _rms(lost)
-    if request.json:
-        print_json(_facts(lost, made, machine, request.axis) | {"helps": helps})
-    else:
+    with _verdict(helps):
+        if request.json:
+            print_json(_facts(lost, made, machine, request.axis) | {"helps": helps})
+            return
         _print_left(lost, made)
         print_findings(lost.findings)
         _print_verdict(place, machine, helps)
-    if not helps:
-        with concluding(Status.NO):
-            pass
 
 
 def _print_verdict(place: Path, machine: str, helps: bool) -> None:

@@ -71,7 +71,7 @@ class Status(IntEnum):
     UNREAD = (
         141,
         "the reader of a pipe left before everything was printed, as `head` does; with `verify`, `drift`, `sweep`"
-        " and a no of `evaluate` the status of the verdict stays",
+        " and a no of `evaluate` or `backlash` the status of the verdict stays",
     )
 
 
