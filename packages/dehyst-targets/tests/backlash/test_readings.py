@@ -66,6 +66,13 @@ def test_without_a_unit_mm_is_taken_and_said_and_typed_it_is_not(tmp_path):
     assert codes(typed) == [] and typed.unit == "in"
 
 
+def test_a_typed_unit_that_contradicts_the_sheet_is_refused(tmp_path):
+    path = write_sheet(tmp_path / "m.csv", rows())
+    assert read_measurement(path, unit="mm").unit == "mm"
+    with pytest.raises(DehystError, match="contradicts the column"):
+        read_measurement(path, unit="in")
+
+
 def test_rows_that_were_not_filled_in_are_left_out(tmp_path):
     path = write_sheet(tmp_path / "m.csv", rows())
     lines = path.read_text().splitlines()
@@ -170,6 +177,25 @@ def test_a_sheet_that_cannot_be_used_is_refused_with_what_to_do(tmp_path, name):
     text, words = BAD[name]
     with pytest.raises(DehystError, match=words):
         lost_motion(read_measurement(sheet(tmp_path, text)))
+
+
+def test_commands_that_flicker_are_one_point_and_errors_are_those_of_each_row(tmp_path):
+    lines, rng = ["commanded [mm],direction,measured [mm]"], np.random.default_rng(0)
+    for _, point, rising, value in rows(noise=1e-3, repeats=3):
+        at = 0.001 * rng.integers(-3, 4)
+        lines.append(f"{point + at:.4f},{'up' if rising else 'down'},{value + at:.4f}")
+    lost = lost_motion(read_measurement(sheet(tmp_path, "\n".join(lines))))
+    np.testing.assert_allclose(lost.nominal, POINTS, atol=0.003)
+    assert lost.counts.min() == 3 and lost.spread < 1.5e-3
+
+
+@pytest.mark.parametrize("cell", ["9.9e37", "1e308", "inf", "-2e6"])
+def test_what_an_overloaded_gauge_writes_is_refused_with_its_line(tmp_path, cell):
+    text = "commanded [mm],direction,measured [mm]\n" + PLAIN
+    lines = text.split("\n")
+    lines[4] = lines[4].rpartition(",")[0] + f",{cell}"
+    with pytest.raises(DehystError, match=r"line 5: .* is no position"):
+        read_measurement(sheet(tmp_path, "\n".join(lines)))
 
 
 def test_columns_may_be_named(tmp_path):

@@ -19,6 +19,8 @@ class BacklashPolicy:
     # An outlier is judged by the spread of the other readings, which fewer degrees of freedom do not tell. [degrees of
     # freedom]
     fewest_freedom: int = 4
+    # Commands that differ by no more than this share of the way are one point: encoders flicker by a count or two.
+    same_point: float = 1e-4
     # A measured way that differs from the commanded one by more than this share is another unit or a wrong column.
     largest_scale: float = 0.2
     # A scale error above this share is one of steps per unit: corrected there, it is right beyond the table as well.

@@ -31,6 +31,7 @@ FALLING = frozenset(["falling", "down", "backward", "reverse", "negative", "abov
 INCH = 25.4  # mm
 NEAR = 0.05  # share within which a factor is taken for that of another unit
 MOST_DECIMALS = 9  # that a reading may have
+LONGEST = 1e6  # no axis is so long, in whichever unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,6 +211,7 @@ def read_measurement(
     if direction is None and time_name:
         x, y, direction, rows = _stops(x, y, rows)
         approach = np.full(x.size, np.nan)
+    _refuse_no_positions(table, x, y, rows)
     used = np.isfinite(x) & np.isfinite(y)
     if not used.any():
         raise RecordingError(
@@ -218,14 +220,15 @@ def read_measurement(
         )
     x, y, rows, approach = x[used], y[used], rows[used], approach[used]
     # Rows without a reading say nothing of the order either.
-    rising = _from_order(table.name, x, findings) if direction is None else direction[used]
+    points = _merged(x)
+    rising = _from_order(table.name, points, findings) if direction is None else direction[used]
     rounding = _rounding(y, table, answer_name, used_unit)
     error = y
     if not is_error:
         _refuse_another_scale(table.name, answer_name, x, y)
         error = y - x
     return AxisReadings(
-        x, error, rising, approach, rows, used_unit, rounding, table.name, tuple(findings)
+        points, error, rising, approach, rows, used_unit, rounding, table.name, tuple(findings)
     )
 
 
@@ -269,7 +272,13 @@ def _lengths(
         unit = known
     units = []
     for name in (command_name, answer_name):
-        units.append(table.label(name)[1] or unit or "")
+        headed = table.label(name)[1]
+        if unit and headed and unit != headed:
+            raise UnitError(
+                f"--unit {unit} contradicts the column '{name}', which is in {headed}. Leave --unit out, or head the "
+                f"column with its unit."
+            )
+        units.append(headed or unit or "")
     if not any(units):
         units = ["mm", "mm"]
         message = (
@@ -290,6 +299,26 @@ def _lengths(
         convert(table.columns[answer_name], answer_unit, used),
         used,
     )
+
+
+def _refuse_no_positions(table: LogTable, x: Array, y: Array, rows: npt.NDArray[np.int64]) -> None:
+    """Refuse what an overloaded gauge or a slip of the keyboard writes."""
+    for values in (x, y):
+        beyond = np.flatnonzero(np.abs(values) > LONGEST)
+        if beyond.size:
+            raise RecordingError(
+                f"{table.name}, {table.row_word} {rows[beyond[0]]}: {values[beyond[0]]:g} is no position of an axis. "
+                f"Empty the cell, or write the reading."
+            )
+
+
+def _merged(x: Array) -> Array:
+    """Commands that differ by less than the policy's share of the way become the lowest of them."""
+    order = np.argsort(x, kind="stable")
+    is_new = np.diff(x[order], prepend=-np.inf) > POLICY.same_point * np.ptp(x)
+    number = np.empty(x.size, dtype=np.int64)
+    number[order] = np.cumsum(is_new) - 1
+    return x[order][is_new][number]
 
 
 def _directions(table: LogTable) -> Mask | None:
@@ -384,7 +413,9 @@ def _rounding(y: Array, table: LogTable, name: str, unit: str) -> float:
     values = table.columns[name]
     finite = values[np.isfinite(values)]
     decimals = 0
-    while decimals < MOST_DECIMALS and np.any(np.abs(finite - np.round(finite, decimals)) > 1e-12):
+    while decimals < MOST_DECIMALS and np.any(
+        np.abs(finite - np.round(finite, decimals)) > 1e-12 * np.abs(finite).max(initial=1.0)
+    ):
         decimals += 1
     step = convert(10.0**-decimals, table.label(name)[1] or unit, unit)
     return float(step) / math.sqrt(12.0)
