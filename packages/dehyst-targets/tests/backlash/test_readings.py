@@ -113,9 +113,12 @@ def test_a_log_with_time_gives_its_stops(tmp_path):
             for turn in (point - 2.0, point + 2.0):
                 for target, stop in ((turn, 2), (point, 40)):
                     way = np.linspace(place, target, 12)[1:]
-                    for command in (*way, *[target] * stop):
+                    for count, command in enumerate((*way, *[target] * stop)):
                         time += 0.02
                         at = axis.move(command) + 1e-3 * rng.normal()
+                        # The axis swings until just before the middle of a stop.
+                        if count < len(way) + 0.48 * stop:
+                            at -= 0.05 * np.sign(target - place)
                         lines.append(f"{time:.2f},{command:.4f},{at:.5f}")
                     place = target
     made = read_measurement(sheet(tmp_path, "\n".join(lines)))
