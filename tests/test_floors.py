@@ -57,6 +57,16 @@ INNER = {  # floors inside large rooms and inside the packages beside the kernel
         {"report"},
         {"commands"},
     ),
+    "dehyst_targets/backlash": (
+        {"_policy", "_requests"},
+        {"_readings"},
+        {"_lost_motion"},
+        {"_compensation"},
+        {"_machines"},
+        {"_plan", "_write"},
+        {"_figure"},
+        {"_command"},
+    ),
     "dehyst_targets": ({"iec", "wrapped"}, {"st", "fmu", "rust", "ada"}, {"fmu2", "fmu3"}),
     "dehyst_studio": (
         {"live", "strays", "requests"},

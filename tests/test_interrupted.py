@@ -134,6 +134,7 @@ WRITING = {
     "verify": (),
     "muscle": ("--save", "made.json"),
     "design": ("--out", "made.csv"),
+    "backlash": ("--sheet", "made.csv", "--gcode", "made.ngc"),
     "sweep": ("--out", "made.csv", "--figure", "made.svg"),
     "reproduce": ("--out", "made", "--json", "made.json"),
 }

@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 
 import dehyst
 from dehyst.io import example_recording
+from dehyst_targets.backlash import AxisReadings, lost_motion, make_table, plan_measurement
 from generate import bouc_wen, demo, model_figures, reviewed, speed, which_model
 from generate.joint import respond
 
@@ -385,6 +386,31 @@ def excitation() -> Figure:
     return figure
 
 
+def backlash() -> Figure:
+    """Readings of the simulated axis of the how-to: before a table of LinuxCNC, and with it."""
+    axis = runpy.run_path(str(ROOT / "examples" / "backlash_axis.py"))
+    plan = plan_measurement(0.0, 300.0, points=13, repeats=3)
+    table, figure = None, Figure(figsize=(9.6, 3.6), layout="constrained")
+    panels = figure.subplots(1, 2, sharey=True)
+    for panel, title in zip(panels, ("without a table", "with the table"), strict=True):
+        commanded = np.array([reading.commanded for reading in plan.readings])
+        rising = np.array([reading.rising for reading in plan.readings])
+        error = np.array(axis["run"](plan.gcode(), table)) - commanded
+        lost = lost_motion(AxisReadings.of(commanded, error, rising, unit="mm"))
+        for name, values, spread, colour in (
+            ("falling", lost.falling, lost.falling_spread, ORANGE),
+            ("rising", lost.rising, lost.rising_spread, BLUE),
+        ):
+            ends = (1e3 * (values - 2 * spread), 1e3 * (values + 2 * spread))
+            panel.fill_between(lost.nominal, *ends, color=colour, alpha=0.2, lw=0)
+            panel.plot(lost.nominal, 1e3 * values, "o-", ms=4, color=colour, lw=1.6, label=name)
+        panel.set(title=title, xlabel="commanded position [mm]")
+        table = make_table(lost, "linuxcnc").compensation
+    panels[0].set_ylabel("error [µm]")
+    panels[1].legend(loc="upper left")
+    return figure
+
+
 def integrator() -> Figure:
     """What the integrator has left to do beside a compensator, from the committed run of benchmarks/integrator.py."""
     found = json.loads(INTEGRATOR.read_text(encoding="utf-8"))
@@ -430,6 +456,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "creep": creep,
     "stack": stack,
     "excitation": excitation,
+    "backlash": backlash,
     "speed": speed_over_operators,
     "bouc-wen": bouc_wen.figure,
     "which-model": which_model.figure,

@@ -33,12 +33,14 @@ are reported too, with row numbers, so that nothing happens silently.
 
 IO, APP, FIT = SOURCE / "io", SOURCE / "app", SOURCE / "identification"
 MUSCLES = PACKAGES[2] / "muscles"
+BACKLASH = PACKAGES[1] / "backlash"
 ROOMS = {
     "Reading": IO,
     "Identification": FIT,
     "Drift": FIT / "drift",
     "Using": APP,
     "Muscles": MUSCLES,
+    "Backlash": BACKLASH,
 }
 
 
@@ -808,6 +810,68 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         "muscle-at-bound": (
             "Parameters that ended at a bound of their search.",
             "Check the log's units; the muscle may want another model.",
+        ),
+    },
+    "Backlash: readings of an axis and its table": {
+        "backlash-unit": (
+            "No column of a sheet says its unit; mm was taken.",
+            "None if that is right. Otherwise `--unit in` or `--unit deg`, or a unit in the names of the columns.",
+        ),
+        "backlash-direction": (
+            "A sheet has no column of directions. They were taken from the order of the commands: where each stands "
+            "twice the first is rising; otherwise onward is rising and back is falling.",
+            "A column `direction` with rising or falling in each row.",
+        ),
+        "backlash-one-side": (
+            "Points were read from one side only and are left out; the table goes straight over them.",
+            "Read the other side too.",
+        ),
+        "backlash-outlier": (
+            "A reading lies further from the others of its point and side than chance does in {CHANCE:%} of all sheets "
+            "(studentized deleted residual). It is left out; of two readings both count, since nobody knows which is "
+            "wrong.",
+            "Look at the reading, and read the point again.",
+        ),
+        "backlash-one-repeat": (
+            "Each point was read once from each side: how far readings repeat is taken from how the lost motion "
+            "differs from point to point, which is never too small.",
+            "`dehyst backlash plan --repeats 3`.",
+        ),
+        "backlash-drift": (
+            "Repeated readings move along the measurement, more than chance does in {CHANCE:%} of all sheets.",
+            "Warm the machine up, clamp the gauge, measure again. No table compensates it.",
+        ),
+        "backlash-approach": (
+            "The lost motion is more than {OF_APPROACH:%} of the way over which points were approached: the axis may "
+            "not have followed to the end.",
+            "Measure again with a longer `--approach`; the message says how long.",
+        ),
+        "backlash-amplitude": (
+            "The lost motion after a shorter approach is another one than after the longest, more than chance does in "
+            "{CHANCE:%} of all sheets: it depends on how far the axis goes after a turn. The table is that of "
+            "the longest.",
+            "Take the play or the friction out of the mechanics; no table knows the way after a turn.",
+        ),
+        "backlash-scale": (
+            "The axis goes further or less far than commanded by more than {SCALE:%} of the way.",
+            "Correct its steps per unit by the factor that the message names, and measure again.",
+        ),
+        "backlash-steep": (
+            "From one point to the next the error changes by more than {STEEPEST:%} of the way, a straight line apart.",
+            "Check the readings there, and read points between.",
+        ),
+        "backlash-sign": (
+            "The lost motion is negative, and not by chance. No table is written.",
+            "Check the directions in the sheet and the sense of the gauge; switch compensation off while you measure.",
+        ),
+        "backlash-within": (
+            "The lost motion is within the repeatability (chance shows as much in {CHANCE:%} of all sheets), or below "
+            "the smallest that the machine takes. No table is written.",
+            "None. More repeats show a smaller one.",
+        ),
+        "backlash-no-table": (
+            "The machine compensates no backlash. No table is written.",
+            "The message says what can be done instead.",
         ),
     },
 }

@@ -36,6 +36,7 @@ COMMANDS = {
     "export": ("export", "model.json", "--target", "c-header", "--out", "made"),
     "verify": ("verify", "st"),
     "muscle": ("muscle", "--list"),
+    "backlash": ("backlash", "plan", "--from", "0", "--to", "300"),
     "design": ("design", "--range", "-30", "30", "--unit", "deg"),
     "sweep": ("sweep", "sweep.toml", "--workers", "0"),
     "reproduce": ("reproduce", "--quick"),
@@ -49,6 +50,12 @@ trials = ["slow"]
 name = "size"
 grid."hysteresis.scale" = [0.5, 2.0]
 """
+AXIS = """commanded [mm],direction,measured [mm]
+0,rising,-0.02
+0,falling,0.02
+9,rising,8.98
+9,falling,9.02
+"""
 
 
 def make_folder(place):
@@ -61,6 +68,7 @@ def make_folder(place):
     model.save(place / "model.json")
     export(subject_of(model, name="unit_1"), "st", place / "st")
     (place / "sweep.toml").write_text(SWEEP)
+    (place / "axis.csv").write_text(AXIS)
     return place
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import dehyst
+from backlash_machines import Axis, Plain, measure
 from dehyst.families._elements import ElementModel
 from dehyst.io import example_recording, write_csv
 from dehyst.models import ModelCard, SignalCard
@@ -413,7 +414,23 @@ def answers_late(folder):
     saved(model, ref={"time_s": t, "angle": 0.2 * np.sin(t)})(folder)
 
 
+def axis_sheet(play=0.04, repeats=3, approach=2.0, unit=" [mm]", factor=1.0):
+    """What writes the filled sheet of an axis."""
+
+    def write(folder):
+        lines = [f"approach{unit},commanded{unit},direction,measured{unit}"]
+        rows = measure(Plain(Axis(play)), np.linspace(0.0, 300.0, 7), repeats, approach, 1e-3)
+        for _, point, rising, value in rows:
+            side = "rising" if rising else "falling"
+            cells = (approach * factor, point * factor, value * factor)
+            lines.append("{:.6g},{:.6g},{},{:.6f}".format(*cells[:2], side, cells[2]))
+        (folder / "m.csv").write_text("\n".join(lines))
+
+    return write
+
+
 IDENTIFY = f"identify log.csv {PAIR}"
+AXIS = "backlash table m.csv --machine marlin"
 MUSCLE = "muscle sarosi --log log.csv"
 BARE = f"{IDENTIFY} --family pi --n 10"
 DIRECT = f"{IDENTIFY} --family direct-inverse"
@@ -777,6 +794,27 @@ CURES: dict[str, list[Cure]] = {
         )
     ],
     "muscle-at-bound": [],
+    "backlash-unit": [
+        Cure(axis_sheet(unit="", factor=1.0 / 25.4), AXIS, "--unit in"),
+    ],
+    "backlash-one-repeat": [
+        Cure(
+            axis_sheet(repeats=1),
+            AXIS,
+            "dehyst backlash plan --repeats 3",
+            "{named} --from 0 --to 300 --sheet again.csv",
+            "runs",
+        )
+    ],
+    "backlash-approach": [
+        Cure(
+            axis_sheet(play=1.0, approach=0.6),
+            AXIS,
+            r"--approach.*? at least [\d.]+\d",
+            "backlash plan --from 0 --to 300 --approach 4 --sheet again.csv",
+            "runs",
+        )
+    ],
     "unknown-past": [Cure(log_from_elsewhere, "evaluate m.json log.csv", r"--start [a-z]+")],
     "unexplained": [
         Cure(another_log, "evaluate m.json log.csv", "dehyst inspect", "inspect log.csv", "runs")

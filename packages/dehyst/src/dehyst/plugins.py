@@ -21,6 +21,7 @@ COMMANDS = MappingProxyType(
         "muscle": "dehyst-robot",
         "rig": "dehyst-robot",
         "sweep": "dehyst-robot",
+        "backlash": "dehyst-targets",
         "studio": "dehyst-studio",
         "page": "dehyst-studio",
         "watch": "dehyst-studio",

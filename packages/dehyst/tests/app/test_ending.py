@@ -24,6 +24,7 @@ VERDICTS = {
     ("drift", "model.json", "worn.csv", "--reference", "log.csv"): Status.NO,
     ("drift", "model.json", "worn.csv", "--reference", "log.csv", "--json"): Status.NO,
     ("drift", "model.json", "small.csv", "--reference", "log.csv"): Status.NOT_COMPARABLE,
+    ("backlash", "table", "axis.csv", "--machine", "klipper"): Status.NO,
 }
 REFUSED = (
     ("inspect", "nowhere.csv"),

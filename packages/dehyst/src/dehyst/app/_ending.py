@@ -31,8 +31,8 @@ class Status(IntEnum):
 
     Examples
     --------
-    >>> int(Status.NO), Status.NO.meaning
-    (1, 'the check says no: `verify` does not sign off, `drift` or `watch` found a change, `evaluate` no model to run')
+    >>> int(Status.NO), Status.NO.meaning.partition(":")[0]
+    (1, 'the check says no')
     """
 
     meaning: str
@@ -50,7 +50,8 @@ class Status(IntEnum):
     )
     NO = (
         1,
-        "the check says no: `verify` does not sign off, `drift` or `watch` found a change, `evaluate` no model to run",
+        "the check says no: `verify` does not sign off, `drift` or `watch` found a change, `evaluate` no model to run, "
+        "`backlash` no table to write",
     )
     REFUSED = (
         2,
@@ -70,7 +71,7 @@ class Status(IntEnum):
     UNREAD = (
         141,
         "the reader of a pipe left before everything was printed, as `head` does; with `verify`, `drift`, `sweep`"
-        " and a no of `evaluate` the status of the verdict stays",
+        " and a no of `evaluate` or `backlash` the status of the verdict stays",
     )
 
 
