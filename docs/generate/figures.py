@@ -8,6 +8,7 @@ import itertools
 import json
 import runpy
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -411,6 +412,37 @@ def backlash() -> Figure:
     return figure
 
 
+def another_signal() -> Figure:
+    """Loops of the warm actuator of the how-to at three temperatures, with and without the temperature in the model."""
+    rig = runpy.run_path(str(ROOT / "examples" / "warm_actuator.py"))
+    x = rig["strokes"](60, 1)
+    t = rig["STEP"] * np.arange(x.size)
+    told = 50.0 - 30.0 * np.cos(2.0 * np.pi * t / 6.0)
+    noise = 0.003 * np.random.default_rng(5).standard_normal(x.size)
+    log = dehyst.Recording(x, rig["answer"](x, told) + noise, t, schedules={"housing": told})
+    scheduled = dehyst.identify(log).model
+    plain = dehyst.identify(replace(log, schedules={})).model
+    way = np.concatenate(
+        [np.linspace(a, b, 200, endpoint=False) for a, b in ((0, 1), (1, -1), (-1, 1))]
+    )
+    clock = rig["STEP"] * np.arange(way.size)
+    figure = Figure(figsize=(9.6, 3.4), layout="constrained")
+    panels = figure.subplots(1, 3, sharey=True)
+    for panel, temperature in zip(panels, (25.0, 50.0, 75.0), strict=True):
+        loop = slice(200, None)
+        true = rig["answer"](way, np.full(way.size, temperature))
+        told_model = scheduled.simulate(way, clock, housing=temperature)
+        panel.plot(way[loop], true[loop], color=GREY, lw=5.0, alpha=0.5, label="rig")
+        panel.plot(
+            way[loop], plain.simulate(way, clock)[loop], color=ORANGE, lw=1.4, label="without"
+        )
+        panel.plot(way[loop], told_model[loop], color=BLUE, lw=1.4, label="with the temperature")
+        panel.set(title=f"{temperature:.0f} °C", xlabel="drive [V]")
+    panels[0].set_ylabel("stroke [mm]")
+    panels[0].legend(loc="upper left", fontsize=9)
+    return figure
+
+
 def integrator() -> Figure:
     """What the integrator has left to do beside a compensator, from the committed run of benchmarks/integrator.py."""
     found = json.loads(INTEGRATOR.read_text(encoding="utf-8"))
@@ -457,6 +489,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "stack": stack,
     "excitation": excitation,
     "backlash": backlash,
+    "another-signal": another_signal,
     "speed": speed_over_operators,
     "bouc-wen": bouc_wen.figure,
     "which-model": which_model.figure,

@@ -522,8 +522,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "range apart at the same input (difference of their mean residuals), or the gain of one is more than "
             "{STEEPER:g} times, or its loop more than {WIDER:g} times as wide as that of another, beyond what their "
             "motions make of it. Columns that stand still within each recording and differ between them are named.",
-            "Where a load or a mean pressure differs: `--family direct-inverse --load COLUMN` or `--mean-pressure "
-            "COLUMN`. Otherwise identify each recording by itself, or align the zeros where only the level differs.",
+            "`--schedule COLUMN` with the column that the message names. Where there is none identify each recording "
+            "by itself, or align the zeros where only the level differs.",
         ),
         "spectral-peak": (
             "At least {PEAK_SHARE:%} of the model's squared error lie around one frequency, more than {FASTER:g} times "
@@ -605,14 +605,14 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Log longer or faster, or let `--creep 3` choose them.",
         ),
         "schedule-once": (
-            "Load or mean pressure leaves half of its range in one stretch of the fitted part only: no held-out block "
+            "A scheduling signal leaves half of its range in one stretch of the fitted part only: no held-out block "
             "can judge what it changes.",
             "Log every value several times, or a run under each (repeat `--run`), or fit a larger part "
             "(`--train-fraction`).",
         ),
         "schedule-no-gain": (
-            "Weights that depend on the load or the mean pressure do not lower the error on held-out blocks by "
-            "{TERM_WORTH:%}.",
+            "Weights that depend on a scheduling signal do not bring the error on held-out blocks below "
+            "{SCHEDULE_WORTH:%} of that without; the default choice then leaves them out.",
             "Leave the column out, or log with more values of it.",
         ),
     },

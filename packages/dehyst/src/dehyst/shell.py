@@ -70,6 +70,17 @@ def command(name: str, *places: object, **options: object) -> str:
     return f"{line} {options_line(**options)}".rstrip()
 
 
+def schedules_to_type(names: Iterable[str]) -> dict[str, list[str]]:
+    """Return the option that names a column for each signal that a model depends on, as `command` takes it.
+
+    Examples
+    --------
+    >>> command("compensate", "m.json", "REF.csv", **schedules_to_type(["load"]))
+    'dehyst compensate m.json REF.csv --schedule load=COLUMN'
+    """
+    return {"schedule": [f"{name}=COLUMN" for name in names]}
+
+
 def options_line(**options: object) -> str:
     """Return options as they are typed behind a command, see there.
 

@@ -32,8 +32,11 @@ TABLE: dict[str, dict[str, float]] = {
     "voltage": {"V": 1.0, "mV": 1e-3, "kV": 1e3},
     "current": {"A": 1.0, "mA": 1e-3},
     "torque": {"Nm": 1.0, "mNm": 1e-3},
+    "temperature": {"K": 1.0, "degC": 1.0, "degF": 5.0 / 9.0},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
 }
+# What 0 of a unit is in the first one of its dimension, where it is not 0.
+OFFSETS = {"degC": 273.15, "degF": 459.67 * 5.0 / 9.0}
 MOST_NAMES = (
     1 << 17
 )  # that are remembered: a log of so many columns is asked for them several times
@@ -49,6 +52,8 @@ ALIASES = {
     "meters": "m", "metres": "m", "inch": "in", "inches": "in", "millimeter": "mm", "millimetre": "mm",
     "newton": "N", "newtons": "N", "volt": "V", "volts": "V", "ampere": "A", "amperes": "A", "amp": "A", "amps": "A",
     "n·m": "Nm", "n*m": "Nm", "n m": "Nm", "n.m": "Nm", "n-m": "Nm",
+    "kelvin": "K", "°c": "degC", "celsius": "degC", "deg_c": "degC", "deg c": "degC", "grad celsius": "degC",
+    "°f": "degF", "fahrenheit": "degF", "deg_f": "degF", "deg f": "degF",
     "sec": "s", "secs": "s", "second": "s", "seconds": "s", "msec": "ms", "millis": "ms", "milliseconds": "ms",
     "µs": "us", "μs": "us", "usec": "us", "micros": "us", "microseconds": "us", "nsec": "ns", "nanos": "ns",
     "nanoseconds": "ns", "nanosec": "ns", "minutes": "min", "hour": "h", "hours": "h",
@@ -94,7 +99,24 @@ _CLOCK_NAMES = frozenset(
 
 # Suffixes that are as often a channel letter, "input" or "minimum" as a unit: taken as a unit only when
 # another word of the name belongs to the dimension.
-_HINTED = {"a", "v", "n", "m", "h", "s", "in", "min", "ma", "mn", "nm", "amp", "kn", "kv", "pa"}
+_HINTED = {
+    "k",
+    "a",
+    "v",
+    "n",
+    "m",
+    "h",
+    "s",
+    "in",
+    "min",
+    "ma",
+    "mn",
+    "nm",
+    "amp",
+    "kn",
+    "kv",
+    "pa",
+}
 _HINTED |= {"grad", "radiant", "minute"}  # grad is a degree in German and a gradient in English
 # In this case they are nothing but units.
 _PLAIN_UNITS = {"N", "V", "Nm", "mN", "kN", "mA", "kV", "Pa"}
@@ -133,6 +155,7 @@ _HINTS = {
         "voltage": "voltage volt u drive supply spannung piezo uin uout",
         "current": "current i strom",
         "torque": "torque moment tau drehmoment",
+        "temperature": "temperature temp temps temperatur t housing coil winding heat body gehaeuse",
         "time": "time t timestamp stamp elapsed zeit temps tiempo duration clock dt date epoch period seconds ros sim",
     }.items()
 }
@@ -348,7 +371,7 @@ def convert(values: npt.ArrayLike, source: str, target: str) -> npt.NDArray[np.f
     Returns
     -------
     converted : same shape
-        ``values * (factor of source / factor of target)``. [target]
+        ``values * (factor of source / factor of target)``; temperatures are shifted, too. [target]
 
     Raises
     ------
@@ -357,8 +380,8 @@ def convert(values: npt.ArrayLike, source: str, target: str) -> npt.NDArray[np.f
 
     Examples
     --------
-    >>> convert([1.0, 2.5], "bar", "kPa").tolist()
-    [100.0, 250.0]
+    >>> convert([1.0, 2.5], "bar", "kPa").tolist(), convert(20.0, "degC", "K").round(2).tolist()
+    ([100.0, 250.0], 293.15)
     """
     spellings = [canonical(source), canonical(target)]
     for typed, unit in zip((source, target), spellings, strict=True):
@@ -381,6 +404,9 @@ def convert(values: npt.ArrayLike, source: str, target: str) -> npt.NDArray[np.f
     # One rounded factor, except down to the reference unit and back, keeps round trips to one ulp.
     factor = table[a] / table[b]
     inverse = table[b] / table[a]
+    shift = (OFFSETS.get(a, 0.0) - OFFSETS.get(b, 0.0)) / table[b]
+    if shift:
+        return np.asarray(array * factor + shift)
     if inverse.is_integer():
         return array / inverse
     return array * factor

@@ -424,7 +424,6 @@ def test_the_one_verdict_judges_it_by_both_errors_and_the_json_has_the_one_shape
     assert set(mine) - set(theirs) == {
         "degree",
         "groups",
-        "schedules",
         "time_constants",
         "rises",
         "missed",

@@ -683,7 +683,7 @@ def test_a_log_is_opened_in_the_units_of_the_model_and_parted_by_what_was_fitted
     names = {"input_unit": "kPa", "output_unit": "deg"}
     record = dehyst.Recording(input=100.0 * x, output=x, provenance={"sha256": "1"}, **names)
     findings = []
-    alone = logs.open_log(subject, record, {}, False, findings)
+    alone = logs.open_log(subject, record, False, findings)
     assert [finding.code for finding in findings] == ["unit-converted"]
     np.testing.assert_allclose(alone.record.input, x)
     assert all(c.end <= x.size // 2 for c in alone.reference) and all(
@@ -694,20 +694,20 @@ def test_a_log_is_opened_in_the_units_of_the_model_and_parted_by_what_was_fitted
         and len(alone.cycles) == 4
         and "3 complete cycles" in alone.why_not
     )
-    logs.open_log(subject, record, {}, True, findings)
+    logs.open_log(subject, record, True, findings)
     assert len(findings) == 1  # said once
-    others = logs.open_log(subject, record, {}, True, [])
+    others = logs.open_log(subject, record, True, [])
     assert len(others.reference) == 8 and others.cycles == () and not others.why_not
     stranger = dehyst.Recording(input=100.0 * x, output=x, **names)
-    assert len(logs.open_log(subject, stranger, {}, True, []).cycles) == 8
-    known = logs.reference_log(subject, stranger, {}, [])
+    assert len(logs.open_log(subject, stranger, True, []).cycles) == 8
+    known = logs.reference_log(subject, stranger, [])
     assert (
         len(known.reference) == 8
         and known.cycles == ()
         and logs.reference_log(subject, None, {}, []) is None
     )
     volts = dehyst.Recording(input=x, output=x, input_unit="V", output_unit="deg")
-    assert "swapped" in logs.open_log(subject, volts, {}, True, []).why_not
+    assert "swapped" in logs.open_log(subject, volts, True, []).why_not
 
 
 @pytest.mark.parametrize(("swing", "count"), [(0.06, 8), (0.04, 1)])

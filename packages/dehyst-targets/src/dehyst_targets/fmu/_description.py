@@ -10,7 +10,7 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 
-from dehyst.units import DIMENSION, TABLE
+from dehyst.units import DIMENSION, OFFSETS, TABLE
 
 Kind = Literal["real", "whole", "truth"]
 Role = Literal["time", "input", "output", "parameter", "local", "constant"]
@@ -149,6 +149,7 @@ _BASE: dict[str, dict[str, int]] = {
     "current": {"A": 1},
     "torque": {"kg": 1, "m": 2, "s": -2},
     "time": {"s": 1},
+    "temperature": {"K": 1},
 }
 # Those of a joint controller that no log has.
 _DERIVED: dict[str, dict[str, int]] = {
@@ -168,10 +169,11 @@ _DERIVED: dict[str, dict[str, int]] = {
 
 @dataclass(frozen=True)
 class BaseUnit:
-    """What one of a unit is in SI base units: factor times their powers."""
+    """What a value in a unit is in SI base units: factor times it, and an offset, of their powers."""
 
     exponents: dict[str, int]
     factor: float = 1.0
+    offset: float = 0.0
 
 
 def base_unit(unit: str) -> BaseUnit | None:
@@ -180,7 +182,7 @@ def base_unit(unit: str) -> BaseUnit | None:
     Examples
     --------
     >>> base_unit("bar")
-    BaseUnit(exponents={'kg': 1, 'm': -1, 's': -2}, factor=100000.0)
+    BaseUnit(exponents={'kg': 1, 'm': -1, 's': -2}, factor=100000.0, offset=0.0)
     >>> base_unit("furlong") is None
     True
     """
@@ -189,7 +191,7 @@ def base_unit(unit: str) -> BaseUnit | None:
     dimension = DIMENSION.get(unit)
     if not dimension:
         return None
-    return BaseUnit(_BASE[dimension], TABLE[dimension][unit])
+    return BaseUnit(_BASE[dimension], TABLE[dimension][unit], OFFSETS.get(unit, 0.0))
 
 
 @dataclass(frozen=True)
@@ -367,6 +369,8 @@ def _units(root: Xml.Element, variables: tuple[Variable, ...]) -> None:
             attributes = {key: str(power) for key, power in base.exponents.items()}
             if base.factor != 1:
                 attributes["factor"] = xml_number(base.factor)
+            if base.offset:
+                attributes["offset"] = xml_number(base.offset)
             Xml.SubElement(unit, "BaseUnit", attributes)
 
 

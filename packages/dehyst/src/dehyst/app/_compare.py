@@ -31,7 +31,7 @@ from dehyst.app.requests import CompareRequest
 from dehyst.errors import IdentificationError, ParameterError
 from dehyst.families import kit as families_kit
 from dehyst.identification import ComparedFamily, Comparison, all_names, compare
-from dehyst.shell import command
+from dehyst.shell import command, schedules_to_type
 
 
 def run_compare(request: CompareRequest) -> None:
@@ -198,7 +198,7 @@ def _next(comparison: Comparison, request: CompareRequest) -> str:
     if comparison.chosen.model is None:
         return "cure what the warnings above name and compare again"
     if request.save is not None:
-        needs = dict.fromkeys(comparison.chosen.model.needs, "COLUMN")
+        needs = schedules_to_type(comparison.chosen.model.needs)
         # Only an inverse can compensate.
         if comparison.chosen.invertible:
             return command("compensate", request.save, "SIGNAL.csv", output=request.output, **needs)
@@ -208,10 +208,14 @@ def _next(comparison: Comparison, request: CompareRequest) -> str:
         "from": list(request.start),
         "to": list(request.stop),
     }
+    family = _named(comparison)
+    # A family that does not go with other signals refuses them.
+    if family is None or comparison.chosen.model.needs:
+        windows["schedule"] = list(request.schedules)
     return command(
         "identify", *request.logs, input=request.input, output=request.output, time=request.time,
         time_unit=request.time_unit, sheet=request.sheet, **windows, train_fraction=request.train_fraction,
-        family=_named(comparison), dt=request.dt,
+        family=family, dt=request.dt,
         save="model.json", report="report.html",
     )  # fmt: skip
 

@@ -26,7 +26,7 @@ from dehyst.monitoring import (
     other_way,
     without_exponent,
 )
-from dehyst.shell import command
+from dehyst.shell import command, schedules_to_type
 
 ENDS = {  # of what is found: exit status, colour
     "unchanged": (Status.DONE, "green"),
@@ -215,7 +215,7 @@ def _print_acceptance(result: Drift, request: DriftRequest) -> None:
             "do not compensate with the new model; read its verdict, cure it and identify again"
         )
     else:
-        needs = dict.fromkeys(result.model.needs, "COLUMN")
+        needs = schedules_to_type(result.model.needs)
         options = {"output": output, "out": "compensated.csv", **needs}
         next_line = command("compensate", request.refit, "REFERENCE.csv", **options)
     out.print(f"next: {next_line}", soft_wrap=True)

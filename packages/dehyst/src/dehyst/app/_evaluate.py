@@ -24,7 +24,7 @@ from dehyst.findings import Finding
 from dehyst.models import Model, SignalCard, load
 from dehyst.models import kit as models_kit
 from dehyst.monitoring import Evaluation, Scored, evaluate
-from dehyst.shell import command
+from dehyst.shell import command, schedules_to_type
 
 LONGEST_NAME = 32  # of a file, in a table of 80 columns beside a family and five numbers
 
@@ -161,7 +161,7 @@ def _next(evaluation: Evaluation, request: EvaluateRequest) -> str:
     if evaluation.run is None:
         return command("identify", request.log, save="model.json")
     model = evaluation[evaluation.run].model
-    needs = dict.fromkeys(model.needs, "COLUMN")
+    needs = schedules_to_type(model.needs)
     return command(
         "compensate",
         evaluation.run,

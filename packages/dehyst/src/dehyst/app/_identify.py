@@ -28,7 +28,7 @@ from dehyst.app.requests import IdentifyRequest
 from dehyst.errors import ParameterError
 from dehyst.findings import Grade
 from dehyst.identification import Fit, Score, identify, past_in_words
-from dehyst.shell import command
+from dehyst.shell import command, schedules_to_type
 
 if TYPE_CHECKING:
     from dehyst.app._processor import StepCost
@@ -269,6 +269,7 @@ def _print(fit: Fit, request: IdentifyRequest, cost: StepCost | None = None) -> 
         out.print(f"{cost.words}{cure}")
     if fit.model.remarks:
         out.print("; ".join(fit.model.remarks))
+    if fit.family == DIRECT:
         out.print("\n".join(filter(None, (*fit.evidence_words, fit.lacking))))
     left = fit.residual.largest
     # What is left in the errors is worth a line where it is large and has one clear cause.
@@ -334,7 +335,7 @@ def _next(fit: Fit, saved: Path | None, cost: StepCost | None = None) -> str:
     rec = fit.recordings[0]
     # Without a saved model the next command would have nothing to read.
     again = "repeat with --save model.json --report report.html"
-    needs = dict.fromkeys(fit.model.needs, "COLUMN")
+    needs = schedules_to_type(fit.model.needs)
     simulate = command("simulate", saved, "LOG.csv", input=rec.input_name, **needs)
     bad = fit.grade is Grade.BAD
     if fit.settings.get("purpose") == "simulate" and (fit.model.no_inverse or not bad):

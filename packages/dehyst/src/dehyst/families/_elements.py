@@ -368,6 +368,16 @@ class ElementModel(LoopModel):
         return SignalCard(name, unit, low, high)
 
     @property
+    def remarks(self) -> tuple[str, ...]:
+        """Which signals its weights go with."""
+        remarks = []
+        for card in self.context:
+            remarks.append(
+                f"weights go with {card.name}, {card.low:z.4g} to {card.high:z.4g} {card.unit}".rstrip()
+            )
+        return tuple(remarks)
+
+    @property
     def parts(self) -> tuple[int, str]:
         """Number of elements."""
         return len(self.elements), "elements"

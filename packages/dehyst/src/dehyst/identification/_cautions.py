@@ -582,6 +582,7 @@ def _of_units(slope: float) -> str:
 def _cure_of_terms(measured: Measured, leads: bool, slope: float) -> str:
     """What lowers the gain of a sum of elements, which has no eps: plays, where they can show the loop."""
     depends = [evidence.words for evidence in measured.evidence if evidence.there]
+    depends += measured.recordings[0].schedules
     if leads or depends:
         lacks = "this loop runs clockwise"
         if depends:

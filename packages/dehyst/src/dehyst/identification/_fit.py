@@ -703,6 +703,7 @@ class Fit(Plotted):
             "inverse_miss_percent": self.certificate.inverse_miss_percent,
             "purpose": str(self.settings.get("purpose", "compensate")),
             "direction": self.direction,
+            "schedules": list(self.model.needs),
             "elements": list(self.model.kinds),
             "loop": {
                 "orientation": self.facts.orientation,

@@ -16,7 +16,7 @@ from dehyst.report._page import write_figures_of, write_page
 from dehyst.report._parts import Page, PageSection, Step, Tile, tables_section, warnings_section
 from dehyst.report._tables import tables
 from dehyst.report._text import number, short, with_unit
-from dehyst.shell import command, visible_lines
+from dehyst.shell import command, schedules_to_type, visible_lines
 
 
 def write_report(
@@ -189,7 +189,7 @@ def next_steps(fit: Fit, model_file: str | os.PathLike[str] | None) -> tuple[Ste
     name = "model.json"
     if model_file is not None:
         name = visible_lines(os.fspath(model_file))
-    needs = dict.fromkeys(fit.model.needs, "COLUMN")
+    needs = schedules_to_type(fit.model.needs)
     line = command("simulate", name, "other_log.csv", input=_column(rec, "input"), **needs)
     simulate = Step("What the model says about another log", line)
     # The page must not offer a compensator that its own verdict forbids.
@@ -225,8 +225,17 @@ def _signals(fit: Fit) -> str:
     arguments = ""
     if fit.model.rate_dependent:
         arguments = ", time"
-    for need in fit.model.needs:
-        arguments += f", {need}={need}"
+    return arguments + _keywords(fit, "")
+
+
+def _keywords(fit: Fit, ending: str) -> str:
+    """The scheduling signals as arguments; a name that Python does not take stands in a dictionary."""
+    arguments = ""
+    for place, need in enumerate(fit.model.needs, 1):
+        if need.isidentifier():
+            arguments += f", {need}={need}{ending}"
+        else:
+            arguments += f", **{{{need!r}: signal_{place}{ending}}}"
     return arguments
 
 
@@ -248,15 +257,12 @@ def _compensation(fit: Fit) -> str:
         stepper = (
             f"step = inverse.stepper({_period(fit):g})  # seconds between two samples of your loop"
         )
-    one_sample = ""
-    for need in fit.model.needs:
-        one_sample += f", {need}={need}_k"
     return (
         "inverse = model.inverse()\n"
         f"x = inverse.simulate(reference{_signals(fit)})\n\n"
         "# one sample at a time; the state lives in the stepper\n"
         f"{stepper}\n"
-        f"x_k = step(reference_k{one_sample})"
+        f"x_k = step(reference_k{_keywords(fit, '_k')})"
     )
 
 
