@@ -46,7 +46,7 @@ def random_model(rng: np.random.Generator) -> HysteresisModel:
     values = np.cumsum(
         rng.uniform(0.2, 1.0, points.size) * np.diff(points, prepend=points[0] - 1.0)
     )
-    return ModifiedPrandtlIshlinskii(model, after=MonotoneMap(points, values))
+    return ModifiedPrandtlIshlinskii(model, after_map=MonotoneMap(points, values))
 
 
 def trial(rng: np.random.Generator, samples: int, real: str) -> Trial:

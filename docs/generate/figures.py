@@ -267,7 +267,7 @@ def families() -> Figure:
         ("pi", play, "lags, symmetric"),
         (
             "modified-pi",
-            dehyst.ModifiedPrandtlIshlinskii(play, after=bend),
+            dehyst.ModifiedPrandtlIshlinskii(play, after_map=bend),
             "lags, saturates, asymmetric",
         ),
         (

@@ -70,7 +70,7 @@ def _identified() -> dict[str, Any]:
         "static": dehyst.models.StaticCurve(dehyst.MonotoneMap([-1.0, 0.0, 1.0], [-0.7, 0.1, 0.8])),
         "pi": plain,
         "pi-cumulative": leading,
-        "modified-pi": dehyst.models.ModifiedPrandtlIshlinskii(plain, after=bend),
+        "modified-pi": dehyst.models.ModifiedPrandtlIshlinskii(plain, after_map=bend),
         "stop": dehyst.StopOperatorModel([0.0, 0.1, 0.3, 0.6], [0.0, 0.4, 0.3, 0.2], 0.5),
         "direct-inverse": direct,
     }

@@ -35,7 +35,7 @@ def play_model(card=CARD):
 
 def mapped_model():
     bend = dehyst.MonotoneMap([-4.0, 0.0, 1.0, 6.0], [-3.0, 0.0, 1.5, 5.0])
-    return dehyst.ModifiedPrandtlIshlinskii(play_model(), after=bend)
+    return dehyst.ModifiedPrandtlIshlinskii(play_model(), after_map=bend)
 
 
 def stop_model():

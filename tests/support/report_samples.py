@@ -180,7 +180,7 @@ def fit_by_hand(
         grid = np.linspace(target.min() - 0.1, target.max() + 0.1, 21)
         after = MonotoneMap(grid, level + sign * amplitude * np.tanh(grid))
         model = ModifiedPrandtlIshlinskii(
-            PrandtlIshlinskii(r, w[:n], offset, None, center), after=after
+            PrandtlIshlinskii(r, w[:n], offset, None, center), after_map=after
         )
     elif family == "stop":
         model = StopOperatorModel(r, np.where(r > 0, 2.0, 0.0), 1.0, level, None, center)

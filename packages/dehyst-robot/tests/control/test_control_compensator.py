@@ -115,7 +115,7 @@ def test_only_a_model_runs_inside_the_controller(model):
 
 def test_models_with_maps_run_inside_the_controller_too():
     curve = MonotoneMap([-1.0, 0.0, 1.0], [-1.5, 0.0, 1.0])
-    model = ModifiedPrandtlIshlinskii(MODEL, after=curve).inverse()
+    model = ModifiedPrandtlIshlinskii(MODEL, after_map=curve).inverse()
     joint = JointControllerParameters(ramp=0.0, frozen_samples=0, angle_jump=0.0)
     controller = JointController(joint, model)
     controller.reset(0.0, 3e5, 3e5)

@@ -34,13 +34,13 @@ MODELS = {
     ),
     "mixed signs": MIXED,
     "saturating": ModifiedPrandtlIshlinskii(
-        PLAY, after=MonotoneMap([-3.0, 0.0, 2.0, 5.0], [-1.0, 0.0, 2.5, 3.0])
+        PLAY, after_map=MonotoneMap([-3.0, 0.0, 2.0, 5.0], [-1.0, 0.0, 2.5, 3.0])
     ),
     "falling": ModifiedPrandtlIshlinskii(
-        PLAY, after=MonotoneMap([-3.0, 0.0, 5.0], [4.0, 0.5, -1.0])
+        PLAY, after_map=MonotoneMap([-3.0, 0.0, 5.0], [4.0, 0.5, -1.0])
     ),
     "map in front": ModifiedPrandtlIshlinskii(
-        PLAY, before=MonotoneMap([-2.0, 0.0, 2.0], [-1.0, 0.2, 3.0])
+        PLAY, before_map=MonotoneMap([-2.0, 0.0, 2.0], [-1.0, 0.2, 3.0])
     ),
     "sheared": ShearedPrandtlIshlinskii(PLAY, shear=0.1),
     "compensator": ShearedPrandtlIshlinskii(PLAY, shear=2.0).inverse(),

@@ -15,7 +15,7 @@ from dehyst.errors import ParameterError
 SEEDS = st.integers(0, 100_000)
 MODEL = ModifiedPrandtlIshlinskii(
     PrandtlIshlinskii([0.0, 0.2, 0.4], [0.6, 0.3, 0.3], center=0.1),
-    after=MonotoneMap([-2.0, 0.0, 2.0], [-1.0, 0.0, 2.0]),
+    after_map=MonotoneMap([-2.0, 0.0, 2.0], [-1.0, 0.0, 2.0]),
 )
 REST = (
     *(
@@ -130,8 +130,8 @@ def test_images_of_another_model_are_refused_but_other_limits_and_ramps_are_not(
     hysteresis = MODEL.hysteresis
     other = PrandtlIshlinskii(hysteresis.thresholds, [0.6, 0.3, 0.30001], center=0.1)
     foreign = [
-        Block(ModifiedPrandtlIshlinskii(other, after=MODEL.after), range=(-1.0, 1.0)),
-        Block(ModifiedPrandtlIshlinskii(hysteresis, before=MODEL.after), range=(-1.0, 1.0)),
+        Block(ModifiedPrandtlIshlinskii(other, after_map=MODEL.after_map), range=(-1.0, 1.0)),
+        Block(ModifiedPrandtlIshlinskii(hysteresis, before_map=MODEL.after_map), range=(-1.0, 1.0)),
         Block(MODEL, "forward", range=(-1.0, 1.0)),
     ]
     assert [refused(block, wrong.save()) for wrong in foreign] == ["foreign"] * 3

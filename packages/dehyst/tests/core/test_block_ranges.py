@@ -199,7 +199,7 @@ def test_models_of_extreme_sizes_make_a_block_or_say_why_not():
         *(PrandtlIshlinskii([0.0, r], [w, w]) for r in (1e-90, 1e90) for w in (1e-90, 1e90)),
         *(StaticCurve(curve) for curve in (flat, steep)),
         *(
-            ModifiedPrandtlIshlinskii(MODEL, before=a, after=b)
+            ModifiedPrandtlIshlinskii(MODEL, before_map=a, after_map=b)
             for a in (flat, steep)
             for b in (flat, steep)
         ),

@@ -140,7 +140,7 @@ def test_the_modified_model_is_map_operator_map():
         random_thresholds(rng, 6), random_weights(rng, 6, "positive"), 0.3, None, -0.1
     )
     x = random_walk(rng, 200, amplitude=2.5)
-    whole = ModifiedPrandtlIshlinskii(inner, after=after, before=before).simulate(x)
+    whole = ModifiedPrandtlIshlinskii(inner, after_map=after, before_map=before).simulate(x)
     assert np.array_equal(whole, after(inner.simulate(before(x))))
     assert np.max(np.abs(whole - inner.simulate(x))) > 1.0
 

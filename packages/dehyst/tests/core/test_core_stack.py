@@ -216,8 +216,8 @@ def test_maps_before_and_after_are_those_of_the_dense_step(falling):
     )
     x = random_walk(rng, 500, amplitude=2.0)
     models = [
-        ModifiedPrandtlIshlinskii(inner, before=bend, after=bend),
-        ModifiedPrandtlIshlinskii(inner, after=bend).inverse(),
+        ModifiedPrandtlIshlinskii(inner, before_map=bend, after_map=bend),
+        ModifiedPrandtlIshlinskii(inner, after_map=bend).inverse(),
         StopOperatorModel([0.0, 0.3, 0.6], [0.0, 1.0, 0.5], 0.5),
         StaticCurve(bend),
     ]
@@ -229,7 +229,7 @@ def test_maps_before_and_after_are_those_of_the_dense_step(falling):
 def test_a_map_that_makes_infinity_of_a_good_sample_rejects_it():
     steep = MonotoneMap([0.0, 1e-300, 1.0], [0.0, 1.0, 2.0])
     huge = MonotoneMap([-1.0, 0.0, 1e-300], [-2.0, -1.0, 1e90])
-    model = ModifiedPrandtlIshlinskii(PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0]), before=huge)
+    model = ModifiedPrandtlIshlinskii(PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0]), before_map=huge)
     step = model.stepper("logarithmic")
     before = step(-0.5)
     assert step(1.0) == before
@@ -237,7 +237,8 @@ def test_a_map_that_makes_infinity_of_a_good_sample_rejects_it():
     assert np.isfinite(step(-0.25))
     assert not step.rejected
     assert (
-        ModifiedPrandtlIshlinskii(model.hysteresis, before=steep).stepper("logarithmic")(0.5) == 2.5
+        ModifiedPrandtlIshlinskii(model.hysteresis, before_map=steep).stepper("logarithmic")(0.5)
+        == 2.5
     )
 
 

@@ -49,7 +49,7 @@ def models():
     return {
         "pi": inner,
         "inverse": inner.inverse(),
-        "modified": ModifiedPrandtlIshlinskii(inner, after=bend, before=bend),
+        "modified": ModifiedPrandtlIshlinskii(inner, after_map=bend, before_map=bend),
         "stop": StopOperatorModel([0.0, 0.3, 0.6], [0.0, 1.0, 0.5], 0.5),
         "static": StaticCurve(bend),
     }

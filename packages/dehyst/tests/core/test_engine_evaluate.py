@@ -389,7 +389,9 @@ def test_evaluators_of_several_threads_do_not_disturb_each_other():
 def test_maps_before_and_after_are_applied_in_long_signals():
     r, w = operator(20, 13)
     bend = MonotoneMap([-2.0, 0.0, 2.0], [-1.0, 0.0, 3.0])
-    model = ModifiedPrandtlIshlinskii(PrandtlIshlinskii(r, w, center=0.1), before=bend, after=bend)
+    model = ModifiedPrandtlIshlinskii(
+        PrandtlIshlinskii(r, w, center=0.1), before_map=bend, after_map=bend
+    )
     x = signal("noisy", 10_000)
     x[[0, 5000, 9999]] = np.nan
     step = model.stepper()

@@ -57,7 +57,7 @@ def make(family, n, rng):
         center, r = np.mean(before.v[[0, -1]]), r * np.ptp(before.v) / 2
     inner = PrandtlIshlinskii(r, random_weights(rng, n, "mixed"), offset, None, center)
     after = bend(rng, 2.0, falling=family == "after-falling") if family != "before" else None
-    return visited(ModifiedPrandtlIshlinskii(inner, after=after, before=before), rng)
+    return visited(ModifiedPrandtlIshlinskii(inner, after_map=after, before_map=before), rng)
 
 
 def relative(error, signal):

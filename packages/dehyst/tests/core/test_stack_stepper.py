@@ -44,7 +44,7 @@ def models():
         "visited": visited,
         "inverse": visited.inverse(),
         "dead zone": PrandtlIshlinskii([0.2, 0.3, 0.7], [1.0, -0.25, 0.5], state=[0.1, 0.0, 0.3]),
-        "modified": ModifiedPrandtlIshlinskii(inner, after=bend, before=bend),
+        "modified": ModifiedPrandtlIshlinskii(inner, after_map=bend, before_map=bend),
         "stop": StopOperatorModel([0.0, 0.3, 0.6], [0.0, 1.0, 0.5], 0.5),
         "static": StaticCurve(bend),
         "many": PrandtlIshlinskii(np.arange(300) / 300, np.full(300, 0.01)),

@@ -85,7 +85,7 @@ def test_a_direct_inverse_alone_and_in_a_controller_is_printed_with_no_less_than
 @pytest.mark.parametrize("real", ["float", "double"])
 def test_tunable_numbers_add_what_was_counted_and_the_map_backwards(counted, real):
     behind = ModifiedPrandtlIshlinskii(
-        large_model(4), before=MonotoneMap([-1.0, 0.0, 1.0], [-1.0, 0.2, 1.0])
+        large_model(4), before_map=MonotoneMap([-1.0, 0.0, 1.0], [-1.0, 0.2, 1.0])
     )
     for model, maps in ((large_model(4), 0), (mapped_model(), 0), (behind, 2)):
         plain, tunable = (

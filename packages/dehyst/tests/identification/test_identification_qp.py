@@ -251,7 +251,7 @@ def test_the_output_map_of_a_saturating_loop_is_recovered():
     u_true, u_found = hysteresis.simulate(x), fit.model.hysteresis.simulate(x)
     line = np.polyfit(u_found, u_true, 1)
     levels = np.linspace(0.95 * u_found.min(), 0.95 * u_found.max(), 50)
-    assert np.abs(fit.model.after(levels) - bent(np.polyval(line, levels))).max() < 0.05
+    assert np.abs(fit.model.after_map(levels) - bent(np.polyval(line, levels))).max() < 0.05
 
 
 def test_the_output_map_rises_and_keeps_its_bound():
@@ -260,7 +260,7 @@ def test_the_output_map_rises_and_keeps_its_bound():
         dehyst.identify(rec, "modified-pi"),
         dehyst.identify(rec, "modified-pi", eps=0.1),
     ):
-        slopes = family_fit.model.after.slopes
+        slopes = family_fit.model.after_map.slopes
         assert (slopes > 0).all()
         assert slopes.max() <= 1 / 0.05 * (1 + 1e-9)  # slopes of the inverse map are at least 0.05
         assert family_fit.model.hysteresis.partial_sums.min() > 0
@@ -270,7 +270,7 @@ def test_a_hard_stop_is_held_at_the_bound_of_the_map():
     x = loops(AMPLITUDES, 40)
     y = np.clip(dehyst.PrandtlIshlinskii([0.0, 0.4], [0.7, 0.3]).simulate(x), -0.8, 0.8)
     fit = dehyst.identify(dehyst.Recording(input=x, output=y), "modified-pi", train_fraction=1)
-    assert (np.diff(fit.model.after.v) > 0).all()
+    assert (np.diff(fit.model.after_map.v) > 0).all()
     assert np.isfinite(fit.certificate.inverse_gain)
     assert fit.certificate.round_trip_error < 1e-12
 
@@ -296,7 +296,7 @@ def modified_objective(fit, rec, half):
     w[np.searchsorted(thresholds * a * (1 + 1e-12), fit.model.hysteresis.thresholds)] = (
         fit.model.hysteresis.weights
     )
-    slopes = 1 / fit.model.after.slopes[1:-1]
+    slopes = 1 / fit.model.after_map.slopes[1:-1]
     c = (fit.model.hysteresis.offset - b * knots[0]) / b
     unknowns = np.concatenate([[c], w * a / b, slopes])
     lower = np.concatenate([[-np.inf, 0.001], np.zeros(n - 1), np.full(20, 0.05)])

@@ -147,7 +147,7 @@ def test_the_comparison_of_bits_sees_the_last_one():
 def test_inverses_are_models_that_can_be_saved(tmp_path):
     bend = MonotoneMap([0.0, 1.0, 3.0], [0.0, -2.0, -3.0])
     inner = PrandtlIshlinskii([0.0, 0.1, 0.7], [1e-3, 0.3, 0.1], 0.5, [0.1, 0.0, 0.2], -1.0)
-    for model in (inner, ModifiedPrandtlIshlinskii(inner, after=bend), StaticCurve(bend)):
+    for model in (inner, ModifiedPrandtlIshlinskii(inner, after_map=bend), StaticCurve(bend)):
         inverse = model.inverse()
         inverse.save(tmp_path / "i.json")
         assert bits(load(tmp_path / "i.json")) == bits(inverse)

@@ -31,7 +31,7 @@ MODELS = {
     model.family: model.with_card(CARD)
     for model in (
         PLAY,
-        ModifiedPrandtlIshlinskii(PLAY, after=BEND),
+        ModifiedPrandtlIshlinskii(PLAY, after_map=BEND),
         StopOperatorModel([0.0, 0.25, 0.5], [0.0, 1.0, 0.5], 0.5, 0.1, [0.1, 0.0, 0.2]),
         StaticCurve(BEND),
     )

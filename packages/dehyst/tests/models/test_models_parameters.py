@@ -146,7 +146,7 @@ def every_family():
     inner = PrandtlIshlinskii(R, W, 0.5, [0.1, 0.0, 0.2], -1.0)
     return [
         inner,
-        ModifiedPrandtlIshlinskii(inner, after=bend),
+        ModifiedPrandtlIshlinskii(inner, after_map=bend),
         StopOperatorModel(R, [0.0, 1.0, 0.0], 0.5),
         StaticCurve(bend),
     ]
@@ -188,7 +188,7 @@ def test_cards_travel_and_swap_with_the_inverse(model):
 def test_a_modified_model_takes_over_the_card_of_its_operator():
     card = ModelCard(SignalCard("pressure", "bar"))
     model = ModifiedPrandtlIshlinskii(
-        PrandtlIshlinskii(R, W, card=card), after=MonotoneMap([0, 1], [0, 1])
+        PrandtlIshlinskii(R, W, card=card), after_map=MonotoneMap([0, 1], [0, 1])
     )
     assert model.card is card
 
@@ -207,6 +207,7 @@ def test_gains_are_those_of_the_flattest_slope():
     flat = MonotoneMap([0.0, 1.0, 2.0], [0.0, 1.0, 1.25])
     assert StaticCurve(flat).inverse_gain == 4.0
     assert (
-        ModifiedPrandtlIshlinskii(PrandtlIshlinskii([0.0], [0.5]), after=flat).inverse_gain == 8.0
+        ModifiedPrandtlIshlinskii(PrandtlIshlinskii([0.0], [0.5]), after_map=flat).inverse_gain
+        == 8.0
     )
     assert StaticCurve(MonotoneMap([0.0, 1e3], [0.0, 5e-324])).inverse_gain == np.inf

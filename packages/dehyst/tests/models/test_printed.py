@@ -12,7 +12,7 @@ PLAY = PrandtlIshlinskii(np.linspace(0, 1, 100), np.r_[1.0, np.zeros(99)])
 CARD = ModelCard(SignalCard("pressure", "bar", -4.0, 4.25), SignalCard("angle", "deg", -30.0, 31.0))
 MODELS = {
     "pi": PLAY,
-    "modified-pi": ModifiedPrandtlIshlinskii(PLAY, after=BEND),
+    "modified-pi": ModifiedPrandtlIshlinskii(PLAY, after_map=BEND),
     "stop": StopOperatorModel([0.0, 0.3], [0.0, 1.0], 0.5),
     "static": StaticCurve(BEND),
 }

@@ -25,7 +25,7 @@ DIRECT = DirectInverse(
 MODELS = {
     "pi": PLAYS,
     "modified-pi": dehyst.ModifiedPrandtlIshlinskii(
-        PLAYS, after=dehyst.MonotoneMap([-2.0, 0.0, 2.0], [-2.0, 0.0, 3.0])
+        PLAYS, after_map=dehyst.MonotoneMap([-2.0, 0.0, 2.0], [-2.0, 0.0, 3.0])
     ),
     "stop": dehyst.StopOperatorModel([0.0, 0.5, 0.9], [0.0, 2.0, 0.0], slope=1.0, card=CARD),
     "sheared-pi": dehyst.models.ShearedPrandtlIshlinskii(PLAYS, shear=0.1),

@@ -351,10 +351,10 @@ def families():
     card = ModelCard(SignalCard("x", "", -1.0, 1.0), SignalCard("y", "", -3.0, 3.0))
     yield "pi", inner.with_card(card), x
     curve = dehyst.MonotoneMap([-3.0, 0.0, 3.0], [-2.0, 0.0, 4.0])
-    yield "modified", dehyst.ModifiedPrandtlIshlinskii(inner, after=curve).with_card(card), x
+    yield "modified", dehyst.ModifiedPrandtlIshlinskii(inner, after_map=curve).with_card(card), x
     yield "stop", dehyst.StopOperatorModel(r, [0.0, 1.0, 0.5], slope=1.0).with_card(card), x
     yield "static", dehyst.models.StaticCurve(curve).with_card(card), x
-    yield "inverse", dehyst.ModifiedPrandtlIshlinskii(inner, after=curve).inverse(), x
+    yield "inverse", dehyst.ModifiedPrandtlIshlinskii(inner, after_map=curve).inverse(), x
 
 
 @pytest.mark.parametrize(

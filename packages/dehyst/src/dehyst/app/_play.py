@@ -26,7 +26,7 @@ from dehyst.arrays import Array
 from dehyst.errors import ColumnError, OutputError, ParameterError, TimeError
 from dehyst.files import write_atomically
 from dehyst.findings import Finding
-from dehyst.io import LogSignal, format_csv, read_signal
+from dehyst.io import LogSignal, format_csv, read_log, read_signal
 from dehyst.models import Band, Model, SignalCard, load
 from dehyst.models import kit as models_kit
 
@@ -43,8 +43,9 @@ def run_simulate(request: SimulateRequest) -> None:
     findings += outside(x, model.card.input, "input", "the model extrapolates there")
     # A model that depends on rates was tested only at those of its log.
     findings += models_kit.faster_than_log(model, model.card.input, "the input", [(signal.time, x)])
+    model, known = _after(request, model)
     with ask_progress("simulating"):
-        played = _played(request, model, signal, x, "model")
+        played = _noted(_played(request, model, signal, x, "model"), known)
     # A direct inverse is solved for its input, which may lie beyond its range.
     lost = model.lost(played.answer)
     if lost:
@@ -73,9 +74,10 @@ def run_compensate(request: CompensateRequest) -> None:
     findings += models_kit.faster_than_log(
         model, model.card.output, "the reference", [(signal.time, y)]
     )
+    model, known = _after(request, model)
     inverse = model.inverse()
     with ask_progress("inverting"):
-        played = _played(request, inverse, signal, y, COMPENSATED)
+        played = _noted(_played(request, inverse, signal, y, COMPENSATED), known)
         if not request.unknown_state:
             findings += _proof(model, inverse, played, y)
     findings += outside(
@@ -178,6 +180,51 @@ def _played(
     return _Played(
         columns, answer, start, note or models_kit.ABOUT.get(start, ""), findings, time, schedules
     )
+
+
+def _after(request: SimulateRequest, model: Model) -> tuple[Model, str]:
+    """Return the model that runs on after a log, and what to say about that; "" where there is none."""
+    if request.after is None:
+        return model, ""
+    typed = {
+        "--start": request.begin is not None,
+        "--unknown-state": request.unknown_state,
+        "--past": request.past is not None,
+    }
+    others = [option for option, is_typed in typed.items() if is_typed]
+    if others:
+        raise ParameterError(
+            f"--after tells the past by a log, and {' and '.join(others)} by a name or a range. Leave one of them out.",
+            options=others,
+        )
+    card = model.card
+    schedules = {signal.name: signal.name for signal in model.context}
+    with ask_progress("reading"):
+        record = read_log(
+            request.after, card.input.name, card.output.name, time=request.time, run=request.run,
+            time_unit=request.time_unit, dt=request.dt, sheet=request.sheet, schedules=schedules,
+        )  # fmt: skip
+    # Behind the last gap, where its memory is of one piece.
+    piece = record.pieces[-1]
+    part = slice(max(piece.start, piece.stop - POLICY.known_samples), piece.stop)
+    x, findings = models_kit.in_units_of(card.input, record.input[part], record.input_unit, "")
+    y, more = models_kit.in_units_of(card.output, record.output[part], record.output_unit, "")
+    print_findings([*findings, *more], stderr=True)
+    time = None if record.time is None else record.time[part]
+    signals = {name: record.schedules[name][part] for name in model.needs}
+    known = models_kit.known_past(model, x, y, time, signals)
+    height = float(np.ptp(y)) or 1.0
+    doubt = f"{known.doubt:.2g} {card.output.unit}".rstrip()
+    words = (
+        f"runs on after {request.after}: the memory agrees with its last {x.size} samples to "
+        f"{100 * known.error / height:.2g} % of their range (rms), and leaves {doubt} of the output open"
+    )
+    return known.model, words
+
+
+def _noted(played: _Played, known: str) -> _Played:
+    """What was played, with what is known of the past in place of what is assumed of it."""
+    return replace(played, note=known, start="") if known else played
 
 
 def _start(request: SimulateRequest) -> str:
@@ -444,5 +491,7 @@ def _write(
         refuse_existing(request.out, request.overwrite, content=text)
         write_atomically(request.out, text)
         tell(f"wrote {request.out}: {', '.join(table)}")
+    if played.note and not played.start and request.after is not None:
+        tell(f"start: {played.note}")
     if played.start:
         tell(f"start: {played.start}, {played.note}")

@@ -14,6 +14,8 @@ class CommandPolicy:
 
     # A signal that leaves the identified range by more than this share of it is worth a warning.
     beyond: float = 0.02
+    # Of a log that tells the past so many samples are looked at, the last ones. [samples]
+    known_samples: int = 5000
     # A step of the computed input between two samples, as a share of the identified range, that is worth a warning.
     jump: float = 0.1
     # A jump is the inverse's, which a firmer eps lowers, where it is so many times that of the reference, of their

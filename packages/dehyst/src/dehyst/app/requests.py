@@ -168,6 +168,10 @@ class SimulateRequest:
         metavar="LO HI",
     )
     begin: str | None = option(BEGIN, flag="--start", metavar=PASTS)
+    after: Path | None = option(
+        "Log of input and output that ends where this begins: the memory is the one that agrees with it.",
+        metavar="LOG",
+    )
     figure: Path | None = option("Picture of the band, .svg or .png, with --unknown-state.")
     overwrite: bool = option(default=False)
 

@@ -105,7 +105,8 @@ class LoopModel(Model):
     memory_grows: ClassVar[bool] = False
     file_kind = "dehyst-family"
     scaling: Scaling
-    start: str
+    # One of `STARTS`, or the memory itself, with which the model then runs on.
+    start: str | tuple[float, ...]
 
     @abstractmethod
     def rest(self, x: float) -> Array:
@@ -210,6 +211,8 @@ class LoopModel(Model):
         oscillations. "origin": went there from rest at the log's input 0. "rising": went from the upper end of the
         range to the lower and came up; "falling" is the mirror image.
         """
+        if isinstance(self.start, tuple):
+            return self._remembered(self.start)
         if not isinstance(self.start, str) or self.start not in STARTS:
             raise ParameterError(f"start = {self.start!r:.60} is not one of {', '.join(STARTS)}.")
         if self.start == "rest":
@@ -224,10 +227,32 @@ class LoopModel(Model):
         memory = self.rest(at)
         # Before it rises, the input went to the upper end of its range and to the lower one.
         strokes = {"rising": (1.0, -1.0), "falling": (-1.0, 1.0)}
-        for turn in strokes.get(self.start, ()):
+        for turn in strokes.get(str(self.start), ()):
             memory = self._stroke(memory, at, turn)
             at = turn
         return memory, at
+
+    def _remembered(self, start: tuple[float, ...]) -> Array:
+        """Return the memory that the model was given, or refuse it."""
+        memory = np.array(start, dtype=np.float64)
+        size = self.rest(0.0).size
+        if not self.memory_grows and memory.size != size:
+            raise ParameterError(
+                f"start has {memory.size} numbers, and the memory of this {self.family} model {size}. Take it from "
+                f"model.after(input, output)."
+            )
+        return memory
+
+    def moved(
+        self, x: npt.ArrayLike, time: npt.ArrayLike | None = None, **signals: npt.ArrayLike
+    ) -> Self:
+        """Return the same model with the memory that an input leaves."""
+        inputs = self._finite(x, "input x")
+        scaled = np.ascontiguousarray(self._scale().inward(inputs))
+        more = self._more(signals, inputs.size)
+        memory = self.before(float(scaled[0]))
+        _, memory = self.run(scaled, self._steps(time, inputs.size), memory, **more)
+        return replace(self, start=tuple(memory.tolist()))  # type: ignore[type-var]
 
     def _stroke(self, memory: Array, at: float, turn: float) -> Array:
         way = np.linspace(at, turn, PRELUDE + 1)[1:]

@@ -215,7 +215,7 @@ class ElementModel(LoopModel):
     signals: tuple[tuple[str, str], ...] = field(default=(), kw_only=True)
     row: str = "elements"
     scaling: Scaling = UNSCALED
-    start: str = "rest"
+    start: str | tuple[float, ...] = "rest"
     card: ModelCard = models_kit.NO_CARD
     core = "elements"
 
@@ -469,6 +469,8 @@ class ElementModel(LoopModel):
 
         An inverse model was identified along its output. Its start is the state of that output which answers `first`.
         """
+        if isinstance(self.start, tuple):
+            return self._remembered(self.start)
         if self.delay or self.direction == "inverse":
             evaluated = self.evaluated
             argument = first
@@ -479,6 +481,13 @@ class ElementModel(LoopModel):
         memory = np.array(super().before(first))
         memory[AHEAD:][[q.kind in LAGS for q in self.elements]] = memory[0]
         return memory
+
+    def departure(self) -> tuple[Array, float]:
+        """As every family; of a memory that runs on the last input, without what is under way."""
+        if isinstance(self.start, tuple):
+            memory = self._remembered(self.start)[: AHEAD + len(self.elements)]
+            return memory, float(memory[0])
+        return super().departure()
 
     def _stroke(self, memory: Array, at: float, turn: float) -> Array:
         """Memory needs no schedule."""

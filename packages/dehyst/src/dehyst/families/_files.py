@@ -32,7 +32,11 @@ def family_model(name: Any, parameters: Any) -> LoopModel:
     for key, value in parameters["scaling"].items():
         scales[key] = _number(value)
     scaling = Scaling(**scales)
-    model = _record_of(name, values, scaling, parameters["start"])
+    start = parameters["start"]
+    if isinstance(start, list):
+        # The memory of a model that runs on.
+        start = tuple(_number(value) for value in start)
+    model = _record_of(name, values, scaling, start)
     if model.family != name:
         raise ParameterError(
             f"it is of the family {model.family!r:.40}, and its file says {name!r:.40}."
@@ -43,7 +47,9 @@ def family_model(name: Any, parameters: Any) -> LoopModel:
     return model
 
 
-def _record_of(name: str, values: dict[str, Any], scaling: Scaling, start: str) -> LoopModel:
+def _record_of(
+    name: str, values: dict[str, Any], scaling: Scaling, start: str | tuple[float, ...]
+) -> LoopModel:
     record: Any = record_of(name)
     expected = {entry.name for entry in fields(record)} - {"scaling", "start", "card"}
     if set(values) != expected:

@@ -429,7 +429,9 @@ def _compared(fitted_plays: Fit, chosen: Chosen) -> tuple[ComparedSetting, ...]:
         lam, is_best = row.regularisation.lam, row is chosen.candidates[0]
         error = PERCENT * row.score
         rows.append(
-            ComparedSetting(row.sum.name, chosen.model.start, lam, error, float("nan"), is_best)
+            ComparedSetting(
+                row.sum.name, str(chosen.model.start), lam, error, float("nan"), is_best
+            )
         )
     for setting in fitted_plays.candidates:
         rows.append(replace(setting, chosen=False))

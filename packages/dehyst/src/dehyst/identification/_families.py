@@ -431,5 +431,5 @@ def build_model(
     )  # fmt: skip
     u, y = map_points(knots, estimate.slopes)
     return ModifiedPrandtlIshlinskii(
-        inner, after=MonotoneMap(b * u, data.level + data.trend * b * y), card=card
+        inner, after_map=MonotoneMap(b * u, data.level + data.trend * b * y), card=card
     )

@@ -357,7 +357,9 @@ class HysteresisModel(Model):
         step.simulate(signal_array(x, "input x"))
         return step.state
 
-    def moved(self, x: npt.ArrayLike) -> Self:
+    def moved(
+        self, x: npt.ArrayLike, time: npt.ArrayLike | None = None, **signals: npt.ArrayLike
+    ) -> Self:
         return self.with_state(self.final_state(x))
 
 

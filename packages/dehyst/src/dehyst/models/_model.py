@@ -348,9 +348,50 @@ class Model(ABC):
             f"measured. Choose --start unknown, rest or model."
         )
 
-    def moved(self, x: npt.ArrayLike) -> Model | None:
+    def moved(
+        self, x: npt.ArrayLike, time: npt.ArrayLike | None = None, **signals: npt.ArrayLike
+    ) -> Model | None:
         """Return the same model with the memory that an input leaves; None where memory is of what was measured."""
         return None
+
+    def after(
+        self,
+        x: npt.ArrayLike,
+        y: npt.ArrayLike | None = None,
+        time: npt.ArrayLike | None = None,
+        **signals: npt.ArrayLike,
+    ) -> Self:
+        """Return the same model that runs on after samples of input and measured output.
+
+        Its memory is the one that agrees best with them, whatever the actuator did before. `simulate`, `inverse` and
+        `stepper` begin with it; `dehyst.models.kit.known_past` tells in addition how well it agrees, and what is left
+        open.
+
+        Parameters
+        ----------
+        x, y
+            Input and output, (T,), one sample or more, y NaN where it is not known; without y the memory of the model
+            is moved along the input. [input], [output]
+        time, signals
+            As of `simulate`.
+
+        Raises
+        ------
+        ParameterError
+            If the samples do not fit together, or the memory is of what was measured.
+
+        Examples
+        --------
+        >>> from dehyst.families import example
+        >>> model = example("play-sum")
+        >>> y = model.simulate([0.0, 1.0, -1.0, 0.5, 0.2, 0.8])
+        >>> begun = model.after([-1.0, 0.5, 0.2], y[2:5])
+        >>> bool(abs(begun.simulate([0.8])[0] - y[5]) < 1e-9)
+        True
+        """
+        from dehyst.models._known import known_past
+
+        return known_past(self, x, y, time, signals).model
 
     @abstractmethod
     def file_parameters(self) -> dict[str, Any]:
@@ -541,6 +582,26 @@ class Inverted(Model, Generic[M]):
     def after_strokes(self, first: float, rising: bool) -> Self:
         """Return the same after strokes over the whole range."""
         return replace(self, of=self.of.after_strokes(first, rising))
+
+    def after(
+        self,
+        x: npt.ArrayLike,
+        y: npt.ArrayLike | None = None,
+        time: npt.ArrayLike | None = None,
+        **signals: npt.ArrayLike,
+    ) -> Self:
+        """Return the same that runs on after samples of its own input and output: of the model's output and input.
+
+        Raises
+        ------
+        ParameterError
+            As `Model.after`; or without y, which moves the memory.
+        """
+        if y is None:
+            raise ParameterError(
+                "the memory of an inverse is moved by the input of its model. Give both: after(output, input)."
+            )
+        return replace(self, of=self.of.after(y, x, time, **signals))
 
     def pruned(self) -> Self:
         """Return the same without terms of zero weight."""

@@ -187,9 +187,9 @@ class ModifiedPrandtlIshlinskii(AroundPlays):
     ----------
     hysteresis
         The operator H, with offset, centre and state.
-    after
+    after_map
         S, map of the operator's output, or None. [output]
-    before
+    before_map
         Map of the input, or None. [input]
     card
         Names and units of the signals, provenance; by default that of the operator.
@@ -206,7 +206,7 @@ class ModifiedPrandtlIshlinskii(AroundPlays):
     Examples
     --------
     >>> inner = PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0])
-    >>> model = ModifiedPrandtlIshlinskii(inner, after=MonotoneMap([0.0, 1.0, 2.0], [0.0, 1.0, 1.2]))
+    >>> model = ModifiedPrandtlIshlinskii(inner, after_map=MonotoneMap([0.0, 1.0, 2.0], [0.0, 1.0, 1.2]))
     >>> model.simulate([0.0, 1.0, 0.0]).round(12).tolist()
     [0.0, 1.1, 0.5]
     >>> model.inverse().simulate([0.0, 1.1, 0.5]).round(12).tolist()
@@ -214,16 +214,16 @@ class ModifiedPrandtlIshlinskii(AroundPlays):
     """
 
     hysteresis: PrandtlIshlinskii
-    after: MonotoneMap | None = None
-    before: MonotoneMap | None = None
+    after_map: MonotoneMap | None = None
+    before_map: MonotoneMap | None = None
     card: ModelCard = NO_CARD
     family: ClassVar[str] = "modified-pi"
 
     def __post_init__(self) -> None:
         # Without a map the class would be a second name for the same operator.
-        if self.after is None and self.before is None:
+        if self.after_map is None and self.before_map is None:
             raise ParameterError(
-                "a modified Prandtl-Ishlinskii model without a map is a plain one; pass after=MonotoneMap(...) "
+                "a modified Prandtl-Ishlinskii model without a map is a plain one; pass after_map=MonotoneMap(...) "
                 "or use the PrandtlIshlinskii itself."
             )
         self._take_card()
@@ -233,7 +233,7 @@ class ModifiedPrandtlIshlinskii(AroundPlays):
         """Bound of the inverse's slope: that of H^-1 times the steepest parts of the inverse maps. [input/output]"""
         # Slopes of a chain multiply; the steepest parts need not meet, so this is a bound.
         gain = self.hysteresis.inverse_gain
-        for mapping in (self.after, self.before):
+        for mapping in (self.after_map, self.before_map):
             if mapping is not None:
                 gain *= mapping.inverse_gain
         return gain
@@ -246,8 +246,8 @@ class ModifiedPrandtlIshlinskii(AroundPlays):
             inner.center,
             inner.offset,
             inner._state,
-            before=_pairs(self.before),
-            after=_pairs(self.after),
+            before=_pairs(self.before_map),
+            after=_pairs(self.after_map),
             method=method,
         )
 
@@ -255,13 +255,13 @@ class ModifiedPrandtlIshlinskii(AroundPlays):
         """Return x = before^-1(H^-1[after^-1(y)]), a model of the same class."""
         return ModifiedPrandtlIshlinskii(
             self.hysteresis.inverse(),
-            after=_inverted(self.before),
-            before=_inverted(self.after),
+            after_map=_inverted(self.before_map),
+            before_map=_inverted(self.after_map),
             card=self.card.swapped(),
         )
 
     def _plays(self) -> tuple[Plays, MonotoneMap | None, MonotoneMap | None]:
-        return self.hysteresis._plays()[0], self.before, self.after
+        return self.hysteresis._plays()[0], self.before_map, self.after_map
 
     def _inner(self) -> HysteresisModel:
         return self.hysteresis
@@ -273,17 +273,17 @@ class ModifiedPrandtlIshlinskii(AroundPlays):
     @property
     def maps(self) -> tuple[MonotoneMap | None, MonotoneMap | None]:
         """Maps before and after H."""
-        return self.before, self.after
+        return self.before_map, self.after_map
 
     def times(self, factor: float) -> ModifiedPrandtlIshlinskii:
         # The last part of the chain is scaled: the map behind the operator, or the operator itself.
-        if self.after is None:
+        if self.after_map is None:
             return replace(self, hysteresis=self.hysteresis.times(factor))
-        return replace(self, after=MonotoneMap(self.after.u, self.after.v * factor))
+        return replace(self, after_map=MonotoneMap(self.after_map.u, self.after_map.v * factor))
 
     def file_parameters(self) -> dict[str, Any]:
         parameters: dict[str, Any] = {"hysteresis": self.hysteresis.file_parameters()}
-        for name, mapping in (("after", self.after), ("before", self.before)):
+        for name, mapping in (("after", self.after_map), ("before", self.before_map)):
             parameters[name] = None
             if mapping is not None:
                 parameters[name] = mapping.file_parameters()

@@ -33,5 +33,14 @@ class ModelPolicy:
     # reference turns.
     offset_most: float = 0.5
 
+    # Turning points of a past that is looked for may lie so far beyond the identified range, as a share of it.
+    past_beyond: float = 0.1
+    # Pasts whose errors differ by less than this share explain the samples alike; the one with the fewest turns counts.
+    past_alike: float = 0.02
+    # All pasts are possible that err up to so many times as much as the best one, ... [factor]
+    past_doubt: float = 1.5
+    # ... and by this share of the output's range more.
+    past_open: float = 1e-3
+
 
 POLICY = ModelPolicy()

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from dehyst.models._card import NO_CARD as NO_CARD
     from dehyst.models._card import in_units_of as in_units_of
     from dehyst.models._follow import follow as follow
+    from dehyst.models._known import KnownPast as KnownPast
+    from dehyst.models._known import known_past as known_past
     from dehyst.models._machine import EPS_FLOAT as EPS_FLOAT
     from dehyst.models._machine import Direction as Direction
     from dehyst.models._machine import Machine as Machine
@@ -48,6 +50,7 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_block": "MEASURED refuse_image",
         "_card": "NO_CARD in_units_of",
         "_follow": "follow",
+        "_known": "KnownPast known_past",
         "_machine": "Direction EPS_FLOAT Machine Operator declared_range",
         "_model": "Inverted Steps WeightTable earlier require_model without_inverse",
         "_offset": "following offset_numbers range_width",

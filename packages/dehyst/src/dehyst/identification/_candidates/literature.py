@@ -155,7 +155,7 @@ def loop_outcome(
         inverse_gain=model.inverse_gain,
         nonzero_weights=carrying,
         operators=offered,
-        initial_state=model.start,
+        initial_state=str(model.start),
         route=route,
     )
     return Outcome(
@@ -200,7 +200,7 @@ def _measured(log: Prepared, model: LoopModel, static: StaticCurve, turns: int) 
     if not model.no_inverse:
         demands = demanded(model, records, data)
         trip = _round_trip(model, records[0])
-    scored = scored_parts(records, data, model.start)
+    scored = scored_parts(records, data, str(model.start))
     return log.measure.compared(data, scored, outputs, demands, trip, static, turns)
 
 
