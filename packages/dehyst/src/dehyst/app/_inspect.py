@@ -45,7 +45,10 @@ def run_inspect(request: InspectRequest) -> None:
             progress=progress,
         )
     if request.json:
-        print_json(dataclasses.asdict(summary))
+        numbers = summary.numbers and summary.numbers.summary
+        print_json(
+            dataclasses.asdict(dataclasses.replace(summary, numbers=None)) | {"numbers": numbers}
+        )
         return
     out = terminal()
     title = f"{summary.name}: {summary.rows} rows"
@@ -58,6 +61,10 @@ def run_inspect(request: InspectRequest) -> None:
         out.print(_sampling_line(summary.sampling))
     out.print()
     print_columns(out, summary.columns)
+    if summary.numbers is not None:
+        pair = f"{visible(summary.output or '')} over {visible(summary.input or '')}"
+        numbers = summary.numbers
+        out.print(f"\n{pair}: {numbers.opening_words}; {numbers.words}", soft_wrap=True)
     print_findings(summary.findings)
     if summary.doubt:
         out.print(f"\nnot sure: {summary.doubt}", soft_wrap=True)

@@ -1,0 +1,306 @@
+"""The picture and the page of `dehyst loops`: each number of the largest loop, drawn where it is measured."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from dehyst.data import Loops, MeasuredLoop, Recording
+from dehyst.report._drawing import DASHED, PanelLine, chart
+from dehyst.report._page import write_page
+from dehyst.report._parts import Axes, Page, PageFigure, PageSection, PageTable, Panel
+from dehyst.report._svg import write_picture
+from dehyst.report._text import count, number, short
+from dehyst.report._theme import DATA, INK, MODEL, MUTED, TEST, TRAIN, ThemeColour
+
+LOOPS = "dehyst loops: "  # by which a picture is known that may be drawn anew
+# Labels of places that lie closer together than this share of the axis would cover each other.
+APART = 0.04
+TURNS = {"high": "upper", "low": "lower"}
+TANGENT = 0.12  # length of the line that shows a slope, share of the input's range
+
+
+def write_loops(
+    measured: Loops, recordings: Sequence[Recording], path: str | os.PathLike[str]
+) -> Path:
+    """Write the picture of the numbers of a loop, ``.svg`` or ``.png``, or a page with them, ``.html``.
+
+    Parameters
+    ----------
+    measured
+        Result of `dehyst.data.loops`.
+    recordings
+        What was measured, for names and units.
+    path
+        File to write.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written or has another ending.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> from dehyst.data import loops
+    >>> from dehyst.io import example_recording
+    >>> record = example_recording()
+    >>> path = write_loops(loops(record), [record], pathlib.Path(tempfile.mkdtemp()) / "loops.svg")
+    >>> path.read_text(encoding="utf-8").count("coercivity") > 0
+    True
+    """
+    figure = loops_figure(measured, recordings[0])
+    if Path(path).suffix.lower() == ".html":
+        return write_page(_page(measured, recordings, figure), path)
+    return write_picture(figure, path, f"{LOOPS}{short(recordings[0].name, 60)}", headed=True)
+
+
+def loops_figure(measured: Loops, record: Recording) -> PageFigure:
+    """Return the largest loop with its numbers, all loops, and how width and area change from cycle to cycle."""
+    loop = measured.largest[0]
+    x, y = loop.path
+    closed = PanelLine(np.append(x, x[0]), np.append(y, y[0]), TRAIN, width=1.6)
+    panels = [
+        Panel(
+            f"Loop {loop.number}: where each number is measured",
+            chart(
+                record.input_label,
+                record.output_label,
+                [closed],
+                also=partial(_annotate, measured, loop),
+            ),
+            f"{record.output_label} over {record.input_label}, {measured.opening_words}; {measured.words}.",
+            heights=(4.0,),
+        ),
+        Panel("All loops", _all_loops(measured, record), "Every loop of the log.", heights=(4.0,)),
+    ]
+    if measured.trends:
+        panels.append(_trend_panel(measured))
+    caption = f"{measured.opening_words}; intervals of 95 %: {measured.basis}"
+    return PageFigure("loops", "Numbers of the loop", caption, tuple(panels), width=6.4)
+
+
+def _all_loops(measured: Loops, record: Recording) -> object:
+    lines = []
+    largest = set(measured.largest)
+    for loop in measured.loops:
+        colour, label = DATA, "other loops"
+        if loop in largest:
+            colour, label = TRAIN, "largest loops"
+        if label in {line.label for line in lines}:
+            label = ""
+        lines.append(PanelLine(loop.path[0], loop.path[1], colour, label, 1.0))
+    return chart(record.input_label, record.output_label, lines)
+
+
+def _trend_panel(measured: Loops) -> Panel:
+    """Width and area of the largest loops, in percent of their means."""
+    places = np.array([float(loop.number) for loop in measured.largest])
+    lines = []
+    for name, colour in (("width", TRAIN), ("area", TEST)):
+        values = np.array([getattr(loop, name) for loop in measured.largest])
+        label = name
+        if name == "area":
+            label = measured.area_word
+        change = measured.trends[name]
+        label += f": {change.value:+.2g} % from one to the next"
+        lines.append(
+            PanelLine(places, 100.0 * values / np.mean(values), colour, label, 0.8, marker="o")
+        )
+    return Panel(
+        "From cycle to cycle",
+        chart("number of the loop", "% of the mean", lines),
+        "Width and area over the number of the loop.",
+    )
+
+
+def _annotate(measured: Loops, loop: MeasuredLoop, axes: Axes) -> None:
+    """Draw the numbers of a loop into its axes."""
+    x, y = loop.path
+    axes.fill(x, y, color=TRAIN.light, alpha=0.12, lw=0, zorder=1)
+    x_middle = 0.5 * (loop.input_low + loop.input_high)
+    y_middle = 0.5 * (loop.output_low + loop.output_high)
+    x_place, y_place = x_middle, y_middle
+    if measured.input_reference == "zero":
+        x_place = 0.0
+    if measured.output_reference == "zero":
+        y_place = 0.0
+    units = measured.units
+    width = f"width {number(loop.width)} {units['output']}"
+    # The same distance twice would be drawn over itself.
+    if abs(x_place - x_middle) < APART * loop.depth:
+        width += f"\n2 × remanence {number(loop.remanence)} {units['output']}"
+    else:
+        label = f"2 × remanence {number(loop.remanence)} {units['output']}"
+        _upright(axes, x_place, loop.outputs_at(x_place), label, MODEL)
+    _upright(axes, x_middle, loop.outputs_at(x_middle), width, TEST)
+    label = f"2 × coercivity {number(loop.coercivity)} {units['input']}"
+    _level(axes, loop.inputs_at(y_place), y_place, label, MODEL)
+    _turn(axes, loop, "high", units["output"])
+    _turn(axes, loop, "low", units["output"])
+    area = f"{measured.area_word} {number(loop.area)} {units['work']}".strip()
+    notes = f"{area}\nopening {loop.opening_percent:.2g} % of range\nruns {loop.orientation}"
+    if not loop.closes:
+        notes += f"\ndoes not close: gap {loop.gap_percent:+.1f} %"
+    across, align = 0.97, "right"
+    if _falls(loop):
+        across, align = 0.03, "left"
+    axes.text(
+        across,
+        0.17,
+        notes,
+        transform=axes.transAxes,
+        ha=align,
+        va="bottom",
+        fontsize=9,
+        color=INK.light,
+    )
+
+
+def _falls(loop: MeasuredLoop) -> bool:
+    return loop.saturation_high < loop.saturation_low
+
+
+def _upright(
+    axes: Axes, x: float, ends: tuple[float, float], label: str, colour: ThemeColour
+) -> None:
+    """A distance of two outputs at one input, with its name above."""
+    if not np.isfinite(ends).all():
+        return
+    _arrow(axes, (x, ends[0]), (x, ends[1]), colour)
+    _label(axes, (x, max(ends)), (-10, 12), label, colour, "right", "bottom")
+
+
+def _level(
+    axes: Axes, ends: tuple[float, float], y: float, label: str, colour: ThemeColour
+) -> None:
+    """A distance of two inputs at one output, with its name on the right."""
+    if not np.isfinite(ends).all():
+        return
+    _arrow(axes, (ends[0], y), (ends[1], y), colour)
+    _label(axes, (max(ends), y), (12, -10), label, colour, "left", "top")
+
+
+def _arrow(
+    axes: Axes, begin: tuple[float, float], end: tuple[float, float], colour: ThemeColour
+) -> None:
+    look = {"arrowstyle": "<->", "color": colour.light, "lw": 1.4, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", end, begin, arrowprops=look, zorder=5)
+
+
+def _label(
+    axes: Axes,
+    place: tuple[float, float],
+    shift: tuple[int, int],
+    label: str,
+    colour: ThemeColour,
+    across: str,
+    up: str,
+) -> None:
+    axes.annotate(
+        label,
+        place,
+        shift,
+        textcoords="offset points",
+        ha=across,
+        va=up,
+        fontsize=9,
+        color=colour.light,
+        zorder=6,
+    )
+
+
+def _turn(axes: Axes, loop: MeasuredLoop, side: str, unit: str) -> None:
+    """The output at a turn, and the slopes before and behind it."""
+    saturation = getattr(loop, f"saturation_{side}")
+    if not np.isfinite(saturation):
+        return
+    turn, inward = loop.input_low, 1.0
+    if side == "high":
+        turn, inward = loop.input_high, -1.0
+    axes.plot([turn], [saturation], "o", color=MODEL.light, ms=4.5, mew=0.0, zorder=5)
+    slopes = []
+    for way in ("to", "from"):
+        slope = getattr(loop, f"slope_{way}_{side}")
+        slopes.append(number(slope, 2))
+        ends = np.array([turn + inward * TANGENT * loop.depth, turn])
+        axes.plot(ends, saturation + slope * (ends - turn), color=MUTED.light, lw=1.2, ls=DASHED)
+    # The upper end of the loop has its label at the top of the axes, the lower one at their foot.
+    upper = saturation >= 0.5 * (loop.output_low + loop.output_high)
+    place, up = 0.03, "bottom"
+    if upper:
+        place, up = 0.97, "top"
+    across, align = 0.97, "right"
+    # Beside the end, where the loop is not.
+    if upper != _falls(loop):
+        across, align = 0.03, "left"
+    axes.annotate(
+        f"{number(saturation)} {unit} at the {TURNS[side]} turn\n"
+        f"slope {slopes[0]} before, {slopes[1]} behind",
+        (turn, saturation),
+        (across, place),
+        textcoords="axes fraction",
+        ha=align,
+        va=up,
+        fontsize=9,
+        color=MUTED.light,
+        arrowprops={"arrowstyle": "-", "color": MUTED.light, "lw": 0.6, "shrinkB": 4},
+    )
+
+
+def _page(measured: Loops, recordings: Sequence[Recording], figure: PageFigure) -> Page:
+    first = recordings[0]
+    units = measured.units
+    rows = []
+    for label, words, where in measured.rows:
+        rows.append((label, words.replace("+-", "±"), where))
+    largest = PageTable(
+        f"Numbers of {count(len(measured.largest), 'largest loop')}",
+        ("number", "value", "where it is measured"),
+        tuple(rows),
+        f"Intervals of 95 %: {measured.basis}.",
+        words=True,
+    )
+    each = []
+    for loop in measured.loops:
+        each.append(
+            (
+                str(loop.number),
+                number(loop.start),
+                number(loop.width),
+                number(loop.opening_percent, 2),
+                number(loop.area),
+                number(loop.coercivity),
+                number(loop.gap_percent, 2),
+                loop.orientation,
+            )
+        )
+    heads = (
+        "loop",
+        "begin",
+        f"width [{units['output']}]",
+        "opening [%]",
+        f"{measured.area_word} [{units['work']}]",
+        f"coercivity [{units['input']}]",
+        "gap [%]",
+        "direction",
+    )
+    return Page(
+        kind="Numbers of the loops",
+        title=short(first.name, 80),
+        relation=f"{short(first.input_name, 60)} → {short(first.output_name, 60)}",
+        subject="loops",
+        lead=f"{measured.opening_words}; {measured.words}".replace("+-", "±"),
+        sections=(
+            figure,
+            PageSection(
+                "tables",
+                "Tables",
+                (largest, PageTable("Every loop", heads, tuple(each), folded=True)),
+            ),
+        ),
+    )
