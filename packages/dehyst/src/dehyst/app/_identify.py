@@ -272,8 +272,8 @@ def _print(fit: Fit, request: IdentifyRequest, cost: StepCost | None = None) -> 
         if fit.recordings[0].input_unit:
             unit = f" {fit.recordings[0].input_unit}"
         out.print(
-            f"dead band {fit.dead_band.width:.3g}{unit}, {fit.dead_band.percent:.2g} % of the input's range: so far the "
-            f"input moves behind a turn before the output does"
+            f"dead band {fit.dead_band.width:.3g}{unit}, {fit.dead_band.percent:.2g} % of the input's range: "
+            f"so far the input moves behind a turn before the output does"
         )
     if size:
         out.print(f"assumed before the log: {past_in_words(certificate.initial_state)}")

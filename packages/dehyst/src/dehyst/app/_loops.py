@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
 
 from dehyst.app._logs import named_columns, read_logs
 from dehyst.app._targets import LOOPS, PAGE, refuse_clashes
@@ -59,7 +58,9 @@ def _print(measured: Loops, records: Sequence[Recording], request: LoopsRequest)
     out.print()
     out.print(table(_heads(measured), _rows(measured, first)), crop=False)
     if measured.count > len(measured.loops):
-        out.print(f"{len(measured.loops)} of {measured.count} loops were measured, spread over the log")
+        out.print(
+            f"{len(measured.loops)} of {measured.count} loops were measured, spread over the log"
+        )
     out.print()
     out.print(_title(measured), style="bold", soft_wrap=True)
     rows = []

@@ -205,7 +205,8 @@ class LoopsRequest(LogsRequest):
 
     logs: tuple[Path, ...] = argument("One log file or several of one actuator.", metavar="log")
     symmetric: bool = option(
-        "Complete half a loop, where there is no whole one, by odd symmetry about its centre.", False
+        "Complete half a loop, where there is no whole one, by odd symmetry about its centre.",
+        False,
     )
     out: Path | None = option("Picture of where each number is measured, .svg or .png, or .html.")
     overwrite: bool = option(default=False)

@@ -115,9 +115,7 @@ class ClosedPath:
         area = _enclosed(x, y)
         across = 0.5 * (np.roll(x, -1) - np.roll(x, 1))
         up = 0.5 * (np.roll(y, -1) - np.roll(y, 1))
-        noise = np.hypot(
-            self.noise[1] * np.linalg.norm(across), self.noise[0] * np.linalg.norm(up)
-        )
+        noise = np.hypot(self.noise[1] * np.linalg.norm(across), self.noise[0] * np.linalg.norm(up))
         coarse = (area - _enclosed(x[::2], y[::2])) / 3.0
         return ReadValue(area, float(np.hypot(noise, coarse)))
 

@@ -11,7 +11,9 @@ from dehyst.arrays import Array
 from dehyst.data._loops import turning_points
 from dehyst.data._policy import POLICY
 
-Stretch = tuple[float, float]  # from one place of a signal to another one, in samples; places lie between samples too
+Stretch = tuple[
+    float, float
+]  # from one place of a signal to another one, in samples; places lie between samples too
 Leg = list[Stretch]  # from one turn to the next, less the loops that were taken out of it
 
 
@@ -33,14 +35,16 @@ class LoopPath:
     @property
     def places(self) -> Array:
         """Ends of the stretches and every sample between, (n,). [samples]"""
-        return np.concatenate([_places(stretch) for stretch in self.stretches])
+        places = np.concatenate([_places(stretch) for stretch in self.stretches])
+        # A stretch begins where the one before ends, at a turn.
+        return np.asarray(places[np.append(True, np.diff(places) != 0.0)])
 
 
 def loop_paths(signal: Array, swing: float) -> list[LoopPath]:
     """Return the loops of a signal, in the order of their begin.
 
-    Of four turns a, b, c, d the loop b, c is closed if it is no longer than a, b and c, d: it ends where the input comes
-    back to b, and is taken out. What is left grows and then dies away; of that, two swings of about one size count.
+    Of four turns a, b, c, d the loop b, c is closed if it is no longer than a, b and c, d: it ends where the input
+    comes back to b, and is taken out. What is left grows and then dies away; of that, two swings of one size count.
 
     Parameters
     ----------
@@ -58,11 +62,10 @@ def loop_paths(signal: Array, swing: float) -> list[LoopPath]:
     split = _Splitter(signal)
     for place in turning_points(signal, swing).tolist():
         split.push(place)
-    deepest = max((path.depth for path in split.paths), default=0.0)
+    paths = split.paths or _around(split)
+    deepest = max((path.depth for path in paths), default=0.0)
     # What runs through the whole log is no cycle, unless nothing that closes is as large.
-    paths = split.paths + [path for path in _unpaired(split) if path.depth > deepest]
-    if not paths:
-        paths = _around(split)
+    paths = paths + [path for path in _unpaired(split) if path.depth > deepest]
     return sorted(paths, key=lambda path: path.stretches[0])
 
 
@@ -142,7 +145,7 @@ def _unpaired(split: _Splitter) -> list[LoopPath]:
         if all(abs(k - other) >= 2 for other in chosen):
             chosen.append(k)
             b, c, d = split.values(split.turns[k : k + 3])
-            path, _, _ = loop_between(split.signal, *split.legs[k : k + 2], (b, c, d))
+            path, _, _ = loop_between(split.signal, split.legs[k], split.legs[k + 1], (b, c, d))
             paths.append(path)
     return paths
 

@@ -143,7 +143,8 @@ class DataPolicy:
     # Pairs of samples further apart in time than so many times the usual lie beside a gap. [factor]
     speed_gap: float = 3.0
 
-    # A swing and the one back make a loop if they differ by no more than this share of them: cycles are never quite alike.
+    # A swing and the one back make a loop if they differ by no more than this share of them: no two cycles are quite
+    # alike.
     cycle_alike: float = 0.05
     # What no closed loop explains, such as the swings of a motion that dies away, makes a loop that does not close if
     # the smaller swing is this share of the larger one: a first rise from rest to a cycle is half of it.

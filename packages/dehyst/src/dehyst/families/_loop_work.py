@@ -59,8 +59,8 @@ def dead_band(model: Model, seconds: float = 10.0, samples: int = 1000) -> DeadB
     r"""Return the dead band of a model, or None if it has none.
 
     Behind a turn plays answer one after the other: after a way v the slope is the sum of the weights of those with
-    :math:`2 r_i \le v`. The dead band is the way until the slope first reaches a tenth of the mean slope over the range.
-    It is measured behind turns in the middle of the range, where no output is saturated, from below and from above; the
+    :math:`2 r_i \le v`. The dead band is the way until the slope first reaches a tenth of its mean over the range. It
+    is measured behind turns in the middle of the range, where no output is saturated, from below and from above; the
     shorter way counts. So it is one for models of every kind.
 
     Parameters

@@ -12,15 +12,17 @@ import numpy as np
 from dehyst.data import Loops, MeasuredLoop, Recording
 from dehyst.report._drawing import DASHED, PanelLine, chart
 from dehyst.report._page import write_page
-from dehyst.report._parts import Axes, Page, PageFigure, PageSection, PageTable, Panel
+from dehyst.report._parts import Axes, Draw, Page, PageFigure, PageSection, PageTable, Panel
 from dehyst.report._svg import write_picture
 from dehyst.report._text import count, number, short
-from dehyst.report._theme import DATA, INK, MODEL, MUTED, TEST, TRAIN, ThemeColour
+from dehyst.report._theme import DATA, MODEL, MUTED, TEST, TRAIN, ThemeColour
 
 LOOPS = "dehyst loops: "  # by which a picture is known that may be drawn anew
 # Labels of places that lie closer together than this share of the axis would cover each other.
 APART = 0.04
 TURNS = {"high": "upper", "low": "lower"}
+ROOM = 0.16  # above and below the loop, share of the output's range
+WIDE = 0.25  # a distance of this share of the range has its label inside the loop
 TANGENT = 0.12  # length of the line that shows a slope, share of the input's range
 
 
@@ -63,7 +65,12 @@ def loops_figure(measured: Loops, record: Recording) -> PageFigure:
     """Return the largest loop with its numbers, all loops, and how width and area change from cycle to cycle."""
     loop = measured.largest[0]
     x, y = loop.path
-    closed = PanelLine(np.append(x, x[0]), np.append(y, y[0]), TRAIN, width=1.6)
+    enclosed = f"{measured.area_word} {number(loop.area)} {measured.units['work']}".strip()
+    if not loop.closes:
+        enclosed += f", does not close: gap {loop.gap_percent:+.1f} % of range"
+    closed = PanelLine(np.append(x, x[0]), np.append(y, y[0]), TRAIN, enclosed, 1.6)
+    # Labels of the turns stand above and below the loop.
+    room = ROOM * (loop.output_high - loop.output_low)
     panels = [
         Panel(
             f"Loop {loop.number}: where each number is measured",
@@ -71,6 +78,7 @@ def loops_figure(measured: Loops, record: Recording) -> PageFigure:
                 record.input_label,
                 record.output_label,
                 [closed],
+                include=(loop.output_low - room, loop.output_high + room),
                 also=partial(_annotate, measured, loop),
             ),
             f"{record.output_label} over {record.input_label}, {measured.opening_words}; {measured.words}.",
@@ -84,8 +92,8 @@ def loops_figure(measured: Loops, record: Recording) -> PageFigure:
     return PageFigure("loops", "Numbers of the loop", caption, tuple(panels), width=6.4)
 
 
-def _all_loops(measured: Loops, record: Recording) -> object:
-    lines = []
+def _all_loops(measured: Loops, record: Recording) -> Draw:
+    lines: list[PanelLine] = []
     largest = set(measured.largest)
     for loop in measured.loops:
         colour, label = DATA, "other loops"
@@ -133,32 +141,15 @@ def _annotate(measured: Loops, loop: MeasuredLoop, axes: Axes) -> None:
     width = f"width {number(loop.width)} {units['output']}"
     # The same distance twice would be drawn over itself.
     if abs(x_place - x_middle) < APART * loop.depth:
-        width += f"\n2 × remanence {number(loop.remanence)} {units['output']}"
+        width += f"\nremanence {number(loop.remanence)} {units['output']} (half)"
     else:
-        label = f"2 × remanence {number(loop.remanence)} {units['output']}"
+        label = f"remanence {number(loop.remanence)} {units['output']} (half)"
         _upright(axes, x_place, loop.outputs_at(x_place), label, MODEL)
     _upright(axes, x_middle, loop.outputs_at(x_middle), width, TEST)
-    label = f"2 × coercivity {number(loop.coercivity)} {units['input']}"
+    label = f"coercivity {number(loop.coercivity)} {units['input']} (half)"
     _level(axes, loop.inputs_at(y_place), y_place, label, MODEL)
     _turn(axes, loop, "high", units["output"])
     _turn(axes, loop, "low", units["output"])
-    area = f"{measured.area_word} {number(loop.area)} {units['work']}".strip()
-    notes = f"{area}\nopening {loop.opening_percent:.2g} % of range\nruns {loop.orientation}"
-    if not loop.closes:
-        notes += f"\ndoes not close: gap {loop.gap_percent:+.1f} %"
-    across, align = 0.97, "right"
-    if _falls(loop):
-        across, align = 0.03, "left"
-    axes.text(
-        across,
-        0.17,
-        notes,
-        transform=axes.transAxes,
-        ha=align,
-        va="bottom",
-        fontsize=9,
-        color=INK.light,
-    )
 
 
 def _falls(loop: MeasuredLoop) -> bool:
@@ -168,21 +159,28 @@ def _falls(loop: MeasuredLoop) -> bool:
 def _upright(
     axes: Axes, x: float, ends: tuple[float, float], label: str, colour: ThemeColour
 ) -> None:
-    """A distance of two outputs at one input, with its name above."""
+    """A distance of two outputs at one input, with its name beside it, or above it in a narrow loop."""
     if not np.isfinite(ends).all():
         return
     _arrow(axes, (x, ends[0]), (x, ends[1]), colour)
-    _label(axes, (x, max(ends)), (-10, 12), label, colour, "right", "bottom")
+    low, high = min(ends), max(ends)
+    if high - low > WIDE * float(np.ptp(axes.get_ylim())):
+        _label(axes, (x, low + 0.8 * (high - low)), (6, 0), label, colour, "left", "center")
+    else:
+        _label(axes, (x, high), (-10, 12), label, colour, "right", "bottom")
 
 
 def _level(
     axes: Axes, ends: tuple[float, float], y: float, label: str, colour: ThemeColour
 ) -> None:
-    """A distance of two inputs at one output, with its name on the right."""
+    """A distance of two inputs at one output, with its name over its end, or right of it in a narrow loop."""
     if not np.isfinite(ends).all():
         return
     _arrow(axes, (ends[0], y), (ends[1], y), colour)
-    _label(axes, (max(ends), y), (12, -10), label, colour, "left", "top")
+    if abs(ends[1] - ends[0]) > WIDE * float(np.ptp(axes.get_xlim())):
+        _label(axes, (max(ends), y), (-8, 3), label, colour, "right", "bottom")
+    else:
+        _label(axes, (max(ends), y), (12, -10), label, colour, "left", "top")
 
 
 def _arrow(
