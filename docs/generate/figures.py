@@ -18,6 +18,7 @@ import numpy.typing as npt
 from matplotlib.figure import Figure
 
 import dehyst
+from dehyst.data import loops
 from dehyst.io import example_recording
 from generate import bouc_wen, demo, model_figures, reviewed, speed, which_model
 from generate.joint import respond
@@ -421,8 +422,16 @@ def learning() -> Figure:
     return figure
 
 
+def numbers_of_a_loop() -> Figure:
+    """The largest loop of the example log with the numbers that `dehyst loops` prints, where they are measured."""
+    figure = Figure(figsize=(9.6, 5.0), layout="constrained")
+    dehyst.plot(loops(example_recording()), figure.subplots())
+    return figure
+
+
 FIGURES: dict[str, Callable[[], Figure]] = {
     "arm": arm,
+    "numbers-of-a-loop": numbers_of_a_loop,
     "loop": loop,
     "play": play,
     "misprint": misprint,

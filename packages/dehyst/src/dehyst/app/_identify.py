@@ -266,7 +266,7 @@ def _print(fit: Fit, request: IdentifyRequest, cost: StepCost | None = None) -> 
         size += " carry weight"
     out.print(f"\n{size or 'no operators'}; {fit.facts.loop_words}")
     if fit.facts.numbers is not None:
-        out.print(f"{fit.facts.numbers.words}")
+        out.print(fit.facts.numbers.words, soft_wrap=True)
     if fit.dead_band is not None:
         unit = ""
         if fit.recordings[0].input_unit:

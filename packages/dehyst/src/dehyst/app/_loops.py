@@ -38,22 +38,18 @@ def run_loops(request: LoopsRequest) -> None:
     if request.out is not None:
         from dehyst.report import write_loops
 
-        write_loops(measured, records, request.out)
+        write_loops(measured, request.out)
     if request.json:
-        print_json(_signals(records[0]) | measured.as_dict())
+        print_json(measured.as_dict())
         return
     _print(measured, records, request)
-
-
-def _signals(record: Recording) -> dict[str, str]:
-    return {"input": record.input_name, "output": record.output_name}
 
 
 def _print(measured: Loops, records: Sequence[Recording], request: LoopsRequest) -> None:
     """Print a row a loop, the numbers of the largest ones with their intervals, and what changes."""
     out = terminal()
     first = records[0]
-    pair = f"{visible(first.output_label)} over {visible(first.input_label)}"
+    pair = f"{visible(measured.output_label)} over {visible(measured.input_label)}"
     out.print(f"{pair}: {measured.opening_words}", style="bold", soft_wrap=True)
     out.print()
     out.print(table(_heads(measured), _rows(measured, first)), crop=False)

@@ -133,6 +133,9 @@ def measured_loops(
         names[1],
         output_range,
         count,
+        first.name,
+        first.input_name,
+        first.output_name,
     )
 
 

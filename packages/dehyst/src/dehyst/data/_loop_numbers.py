@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from dehyst.arrays import Array
 from dehyst.data._closed_path import ClosedPath
+from dehyst.data._plotted import Plotted
 
 MOST_DECIMALS = 5  # of a number with its interval; smaller ones are written with an exponent
 
@@ -177,7 +178,7 @@ NUMBERS = {
 
 
 @dataclass(frozen=True, eq=False)
-class Loops:
+class Loops(Plotted):
     """The numbers of all loops of a log.
 
     Attributes
@@ -204,6 +205,10 @@ class Loops:
         Range of the output in the whole log, 100 % of every percentage. [output]
     count
         Loops of the log; more than 1000 are measured in part.
+    name
+        Of the first recording.
+    input_name, output_name
+        Names of the two signals.
     """
 
     loops: tuple[MeasuredLoop, ...]
@@ -216,6 +221,19 @@ class Loops:
     output_reference: str
     output_range: float
     count: int
+    name: str
+    input_name: str
+    output_name: str
+
+    @property
+    def input_label(self) -> str:
+        """Axis label of the input, ``name [unit]``."""
+        return _labelled(self.input_name, self.units["input"])
+
+    @property
+    def output_label(self) -> str:
+        """Axis label of the output, ``name [unit]``."""
+        return _labelled(self.output_name, self.units["output"])
 
     @property
     def orientation(self) -> str:
@@ -279,6 +297,8 @@ class Loops:
     def as_dict(self) -> dict[str, Any]:
         """Return all numbers as plain values, the content of ``dehyst loops --json``."""
         return {
+            "input": self.input_name,
+            "output": self.output_name,
             "count": self.count,
             "units": dict(self.units),
             "output_range": self.output_range,
@@ -286,3 +306,9 @@ class Loops:
             "trends": {name: asdict(value) for name, value in self.trends.items()},
             "loops": [loop.as_dict() for loop in self.loops],
         }
+
+
+def _labelled(name: str, unit: str) -> str:
+    if unit:
+        return f"{name} [{unit}]"
+    return name

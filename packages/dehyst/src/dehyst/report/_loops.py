@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from dehyst.data import Loops, MeasuredLoop, Recording
+from dehyst.data import Loops, MeasuredLoop
 from dehyst.report._drawing import DASHED, PanelLine, chart
 from dehyst.report._page import write_page
 from dehyst.report._parts import Axes, Draw, Page, PageFigure, PageSection, PageTable, Panel
@@ -26,17 +25,13 @@ WIDE = 0.25  # a distance of this share of the range has its label inside the lo
 TANGENT = 0.12  # length of the line that shows a slope, share of the input's range
 
 
-def write_loops(
-    measured: Loops, recordings: Sequence[Recording], path: str | os.PathLike[str]
-) -> Path:
+def write_loops(measured: Loops, path: str | os.PathLike[str]) -> Path:
     """Write the picture of the numbers of a loop, ``.svg`` or ``.png``, or a page with them, ``.html``.
 
     Parameters
     ----------
     measured
         Result of `dehyst.data.loops`.
-    recordings
-        What was measured, for names and units.
     path
         File to write.
 
@@ -50,18 +45,17 @@ def write_loops(
     >>> import pathlib, tempfile
     >>> from dehyst.data import loops
     >>> from dehyst.io import example_recording
-    >>> record = example_recording()
-    >>> path = write_loops(loops(record), [record], pathlib.Path(tempfile.mkdtemp()) / "loops.svg")
+    >>> path = write_loops(loops(example_recording()), pathlib.Path(tempfile.mkdtemp()) / "loops.svg")
     >>> path.read_text(encoding="utf-8").count("coercivity") > 0
     True
     """
-    figure = loops_figure(measured, recordings[0])
+    figure = loops_figure(measured)
     if Path(path).suffix.lower() == ".html":
-        return write_page(_page(measured, recordings, figure), path)
-    return write_picture(figure, path, f"{LOOPS}{short(recordings[0].name, 60)}", headed=True)
+        return write_page(_page(measured, figure), path)
+    return write_picture(figure, path, f"{LOOPS}{short(measured.name, 60)}", headed=True)
 
 
-def loops_figure(measured: Loops, record: Recording) -> PageFigure:
+def loops_figure(measured: Loops) -> PageFigure:
     """Return the largest loop with its numbers, all loops, and how width and area change from cycle to cycle."""
     loop = measured.largest[0]
     x, y = loop.path
@@ -75,16 +69,16 @@ def loops_figure(measured: Loops, record: Recording) -> PageFigure:
         Panel(
             f"Loop {loop.number}: where each number is measured",
             chart(
-                record.input_label,
-                record.output_label,
+                measured.input_label,
+                measured.output_label,
                 [closed],
                 include=(loop.output_low - room, loop.output_high + room),
                 also=partial(_annotate, measured, loop),
             ),
-            f"{record.output_label} over {record.input_label}, {measured.opening_words}; {measured.words}.",
+            f"{measured.output_label} over {measured.input_label}, {measured.opening_words}; {measured.words}.",
             heights=(4.0,),
         ),
-        Panel("All loops", _all_loops(measured, record), "Every loop of the log.", heights=(4.0,)),
+        Panel("All loops", _all_loops(measured), "Every loop of the log.", heights=(4.0,)),
     ]
     if measured.trends:
         panels.append(_trend_panel(measured))
@@ -92,7 +86,7 @@ def loops_figure(measured: Loops, record: Recording) -> PageFigure:
     return PageFigure("loops", "Numbers of the loop", caption, tuple(panels), width=6.4)
 
 
-def _all_loops(measured: Loops, record: Recording) -> Draw:
+def _all_loops(measured: Loops) -> Draw:
     lines: list[PanelLine] = []
     largest = set(measured.largest)
     for loop in measured.loops:
@@ -102,7 +96,7 @@ def _all_loops(measured: Loops, record: Recording) -> Draw:
         if label in {line.label for line in lines}:
             label = ""
         lines.append(PanelLine(loop.path[0], loop.path[1], colour, label, 1.0))
-    return chart(record.input_label, record.output_label, lines)
+    return chart(measured.input_label, measured.output_label, lines)
 
 
 def _trend_panel(measured: Loops) -> Panel:
@@ -250,8 +244,7 @@ def _turn(axes: Axes, loop: MeasuredLoop, side: str, unit: str) -> None:
     )
 
 
-def _page(measured: Loops, recordings: Sequence[Recording], figure: PageFigure) -> Page:
-    first = recordings[0]
+def _page(measured: Loops, figure: PageFigure) -> Page:
     units = measured.units
     rows = []
     for label, words, where in measured.rows:
@@ -289,8 +282,8 @@ def _page(measured: Loops, recordings: Sequence[Recording], figure: PageFigure) 
     )
     return Page(
         kind="Numbers of the loops",
-        title=short(first.name, 80),
-        relation=f"{short(first.input_name, 60)} → {short(first.output_name, 60)}",
+        title=short(measured.name, 80),
+        relation=f"{short(measured.input_name, 60)} → {short(measured.output_name, 60)}",
         subject="loops",
         lead=f"{measured.opening_words}; {measured.words}".replace("+-", "±"),
         sections=(
