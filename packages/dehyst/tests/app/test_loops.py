@@ -1,4 +1,4 @@
-"""dehyst loops as a user meets it: tables, JSON, pictures, half loops, cures; what inspect and identify say of loops."""
+"""dehyst loops as a user meets it: tables, JSON, pictures, cures; what inspect and identify say of loops."""
 
 import json
 import re

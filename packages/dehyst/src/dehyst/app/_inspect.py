@@ -64,7 +64,7 @@ def run_inspect(request: InspectRequest) -> None:
     if summary.numbers is not None:
         pair = f"{visible(summary.output or '')} over {visible(summary.input or '')}"
         numbers = summary.numbers
-        out.print(f"\n{pair}: {numbers.opening_words}\n{numbers.words}", soft_wrap=True)
+        out.print(f"\nlargest loops, {pair}: {numbers.opening_words}\n{numbers.words}", soft_wrap=True)
     print_findings(summary.findings)
     if summary.doubt:
         out.print(f"\nnot sure: {summary.doubt}", soft_wrap=True)
