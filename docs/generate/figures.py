@@ -18,7 +18,7 @@ import numpy.typing as npt
 from matplotlib.figure import Figure
 
 import dehyst
-from dehyst.data import loops
+from dehyst.data import measure_loops
 from dehyst.io import example_recording
 from generate import bouc_wen, demo, model_figures, reviewed, speed, which_model
 from generate.joint import respond
@@ -425,7 +425,7 @@ def learning() -> Figure:
 def numbers_of_a_loop() -> Figure:
     """The largest loop of the example log with the numbers that `dehyst loops` prints, where they are measured."""
     figure = Figure(figsize=(9.6, 5.0), layout="constrained")
-    dehyst.plot(loops(example_recording()), figure.subplots())
+    dehyst.plot(measure_loops(example_recording()), figure.subplots())
     return figure
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import dehyst
-from dehyst.data import loops
+from dehyst.data import measure_loops
 from dehyst.io import write_csv
 
 
@@ -59,7 +59,7 @@ def test_it_prints_a_row_a_loop_and_what_wears(run):
 def test_json_has_what_python_has(run):
     status, out, _ = run("loops", *FRICTION, "--json")
     said = json.loads(out)
-    measured = loops(dehyst.read_log("friction.csv", "way_mm", "force_N"))
+    measured = measure_loops(dehyst.read_log("friction.csv", "way_mm", "force_N"))
     assert status == 0 and said == json.loads(json.dumps(measured.as_dict()))
     assert said["units"]["work"] == "mJ" and len(said["loops"]) == said["count"] == 29
 
@@ -122,7 +122,7 @@ def test_several_logs_are_one_table(run):
 
 
 def test_inspect_and_identify_say_the_same(run):
-    measured = loops(dehyst.read_log("friction.csv", "way_mm", "force_N"))
+    measured = measure_loops(dehyst.read_log("friction.csv", "way_mm", "force_N"))
     opening = f"opening {measured.estimates['opening_percent'].value:.2g} % of range"
     _, seen, _ = run("inspect", "friction.csv")
     assert opening in seen and measured.words in seen

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import dehyst
-from dehyst.data import loops
+from dehyst.data import measure_loops
 from dehyst.errors import ExcitationError
 from dehyst.units import work_unit
 from places import DATA
@@ -42,7 +42,7 @@ def value(measured, name):
 def test_an_ellipse_has_the_area_pi_a_b_wherever_it_begins(begin):
     a, b, lag = 3.0, 2.0, 0.6
     turn = np.linspace(begin, begin + 2 * np.pi, 801)
-    measured = loops(dehyst.Recording(a * np.sin(turn), b * np.sin(turn - lag)))
+    measured = measure_loops(dehyst.Recording(a * np.sin(turn), b * np.sin(turn - lag)))
     assert measured.count == 1
     assert value(measured, "area") == pytest.approx(np.pi * a * b * np.sin(lag), rel=1e-4)
     assert value(measured, "coercivity") == pytest.approx(a * np.sin(lag), rel=1e-3)
@@ -59,7 +59,7 @@ def test_a_play_makes_a_parallelogram():
     r, w, reach = 0.4, 2.5, 3.0
     x = zigzag([0.0, *[reach, -reach] * 4, reach])
     y = dehyst.PrandtlIshlinskii([r], [w]).simulate(x)
-    measured = loops(dehyst.Recording(x, y))
+    measured = measure_loops(dehyst.Recording(x, y))
     # The first way there and back depends on what was before the log, and is no loop.
     assert measured.count == 3 and all(loop.closes for loop in measured.loops)
     assert value(measured, "width") == pytest.approx(2 * r * w)
@@ -77,7 +77,7 @@ def test_a_play_makes_a_parallelogram():
 def test_a_textbook_magnet_has_its_coercivity_remanence_and_area_to_a_thousandth():
     c, s = 0.15, 0.2
     x = zigzag([0.0, *[1.0, -1.0] * 3, 1.0], 1000)
-    measured = loops(dehyst.Recording(x, core(x, c, s)))
+    measured = measure_loops(dehyst.Recording(x, core(x, c, s)))
     area = 2 * s * np.log(np.cosh((1 + c) / s) / np.cosh((1 - c) / s))
     assert value(measured, "coercivity") == pytest.approx(c, rel=1e-3)
     assert value(measured, "remanence") == pytest.approx(np.tanh(c / s), rel=1e-3)
@@ -90,7 +90,7 @@ def test_with_noise_on_both_signals_they_stay_within_a_hundredth():
     c, s = 0.15, 0.2
     x = zigzag([0.0, *[1.0, -1.0] * 8, 1.0], 1000)
     y = core(x, c, s) + 0.005 * rng.normal(size=x.size)
-    measured = loops(dehyst.Recording(x + 0.002 * rng.normal(size=x.size), y))
+    measured = measure_loops(dehyst.Recording(x + 0.002 * rng.normal(size=x.size), y))
     assert measured.basis == "scatter of 7 loops"
     assert value(measured, "coercivity") == pytest.approx(c, rel=0.01)
     assert value(measured, "remanence") == pytest.approx(np.tanh(c / s), rel=0.01)
@@ -114,7 +114,7 @@ def test_nineteen_of_twenty_generated_loops_are_within_their_intervals():
         hits = dict.fromkeys(truth, 0)
         for seed in range(200):
             noise = np.random.default_rng(seed).normal(size=y.size)
-            measured = loops(dehyst.Recording(clean, y + 0.05 * noise))
+            measured = measure_loops(dehyst.Recording(clean, y + 0.05 * noise))
             for name, true in truth.items():
                 estimate = measured.estimates[name]
                 hits[name] += estimate.low <= true <= estimate.high
@@ -127,8 +127,8 @@ def test_nineteen_of_twenty_generated_loops_are_within_their_intervals():
 def test_scales_of_both_signals_scale_the_numbers(threshold, gain, scale, cycles):
     x = zigzag([0.0, *TIPS * cycles, -1.0], 120)
     y = dehyst.PrandtlIshlinskii([0.0, threshold], [0.3, 1.0]).simulate(x)
-    plain = loops(dehyst.Recording(x, y))
-    scaled = loops(dehyst.Recording(scale * x, gain * y))
+    plain = measure_loops(dehyst.Recording(x, y))
+    scaled = measure_loops(dehyst.Recording(scale * x, gain * y))
     factors = {
         "width": gain,
         "coercivity": scale,
@@ -146,8 +146,8 @@ def test_negating_the_input_turns_the_direction_round_and_nothing_else(seed):
     rng = np.random.default_rng(seed)
     x = zigzag([0.0, *TIPS * 4, -1.0], 150)
     y = core(x, 0.1 + 0.2 * rng.random()) + 0.003 * rng.normal(size=x.size)
-    plain = loops(dehyst.Recording(x, y))
-    mirrored = loops(dehyst.Recording(-x, y))
+    plain = measure_loops(dehyst.Recording(x, y))
+    mirrored = measure_loops(dehyst.Recording(-x, y))
     directions = {plain.orientation, mirrored.orientation}
     assert directions == {"counter-clockwise", "clockwise"}
     for name in ("width", "area", "coercivity", "remanence"):
@@ -160,11 +160,11 @@ def test_negating_the_input_turns_the_direction_round_and_nothing_else(seed):
 def test_a_friction_runs_clockwise_and_a_figure_of_eight_crosses_itself():
     x = zigzag([0.0, *TIPS * 3, -1.0])
     friction = dehyst.StopOperatorModel([0.0, 0.2], [0.0, 1.0], 0.0).simulate(x)
-    assert loops(dehyst.Recording(x, friction)).orientation == "clockwise"
+    assert measure_loops(dehyst.Recording(x, friction)).orientation == "clockwise"
     turn = np.linspace(0.0, 6 * np.pi, 3001)
-    eight = loops(dehyst.Recording(np.cos(turn), np.sin(2 * turn)))
+    eight = measure_loops(dehyst.Recording(np.cos(turn), np.sin(2 * turn)))
     assert eight.orientation == "mixed"
-    line = loops(dehyst.Recording(x, 3 * x))
+    line = measure_loops(dehyst.Recording(x, 3 * x))
     assert line.orientation == "none" and value(line, "area") == pytest.approx(0.0, abs=1e-9)
 
 
@@ -174,8 +174,8 @@ def test_loops_inside_others_are_loops_of_their_own():
     small = [-0.2, 0.3]
     with_small = zigzag([-1.0, *TIPS, -1.0, *TIPS, *small * 3, -0.2, 1.0, -1.0])[500:]
     plain = zigzag([-1.0, *TIPS * 2, -1.0, 1.0, -1.0])
-    measured = loops(dehyst.Recording(with_small, model.simulate(with_small)))
-    alone = loops(dehyst.Recording(plain, model.simulate(plain)))
+    measured = measure_loops(dehyst.Recording(with_small, model.simulate(with_small)))
+    alone = measure_loops(dehyst.Recording(plain, model.simulate(plain)))
     sizes = sorted(round(loop.depth, 6) for loop in measured.loops)
     assert sizes.count(0.5) == 3 and sizes.count(2.0) >= 1
     small_loops = [loop for loop in measured.loops if loop.depth < 0.6]
@@ -189,7 +189,7 @@ def test_loops_inside_others_are_loops_of_their_own():
 def test_a_motion_that_dies_away_makes_loops_that_do_not_close():
     t = np.linspace(0.0, 40.0, 4000)
     fade = np.exp(-t / 20.0)
-    measured = loops(dehyst.Recording(np.sin(t) * fade, np.sin(t - 0.2) * fade, t))
+    measured = measure_loops(dehyst.Recording(np.sin(t) * fade, np.sin(t - 0.2) * fade, t))
     assert measured.count >= 4
     assert not any(loop.closes for loop in measured.loops)
     starts = [loop.start for loop in measured.loops]
@@ -203,8 +203,8 @@ def test_an_actuator_that_wears_changes_from_cycle_to_cycle():
     wear = 1.0 - 0.01 * np.arange(x.size) / 400.0
     play = dehyst.PrandtlIshlinskii([0.2], [1.0]).simulate(x)
     noise = 0.003 * rng.normal(size=x.size)
-    worn = loops(dehyst.Recording(x, play * wear + noise)).trends
-    fresh = loops(dehyst.Recording(x, play + noise)).trends
+    worn = measure_loops(dehyst.Recording(x, play * wear + noise)).trends
+    fresh = measure_loops(dehyst.Recording(x, play + noise)).trends
     for name in ("width", "area", "gain"):
         # In percent of the mean, which is about 0.9 of the first.
         assert worn[name].value == pytest.approx(-1.0 / 0.9, rel=0.05), name
@@ -214,29 +214,29 @@ def test_an_actuator_that_wears_changes_from_cycle_to_cycle():
 
 def test_three_loops_have_no_trend():
     x = zigzag([0.0, *TIPS * 3, -1.0])
-    assert loops(dehyst.Recording(x, core(x))).trends == {}
+    assert measure_loops(dehyst.Recording(x, core(x))).trends == {}
 
 
 def test_half_a_loop_is_completed_only_where_somebody_says_so():
     x = np.linspace(-1.0, 1.0, 1001)
     record = dehyst.Recording(x, np.tanh((x - 0.15) / 0.2))
     with pytest.raises(ExcitationError, match="--symmetric") as fault:
-        loops(record)
+        measure_loops(record)
     assert fault.value.facts["turns"] == 0
-    measured = loops(record, symmetric=True)
+    measured = measure_loops(record, symmetric=True)
     assert measured.loops[0].completed
     assert value(measured, "coercivity") == pytest.approx(0.15, rel=1e-3)
     # Where there is a whole loop the word changes nothing.
     turned = zigzag([0.0, *TIPS * 2, -1.0])
     whole = dehyst.Recording(turned, core(turned))
-    assert loops(whole, symmetric=True).as_dict() == loops(whole).as_dict()
+    assert measure_loops(whole, symmetric=True).as_dict() == measure_loops(whole).as_dict()
 
 
 @pytest.mark.parametrize("symmetric", [False, True])
 @pytest.mark.parametrize("x", [np.zeros(50), np.full(9, 1e90)], ids=["zero", "constant"])
 def test_an_input_that_stands_still_has_no_loop(x, symmetric):
     with pytest.raises(ExcitationError, match="no closed loop"):
-        loops(dehyst.Recording(x, np.arange(float(x.size))), symmetric=symmetric)
+        measure_loops(dehyst.Recording(x, np.arange(float(x.size))), symmetric=symmetric)
 
 
 @given(
@@ -246,7 +246,7 @@ def test_an_input_that_stands_still_has_no_loop(x, symmetric):
 def test_no_log_is_too_coarse_for_a_number_or_a_reason(values, seed):
     y = np.random.default_rng(abs(seed)).normal(size=len(values))
     try:
-        measured = loops(dehyst.Recording(values, y))
+        measured = measure_loops(dehyst.Recording(values, y))
     except ExcitationError:
         return
     json.dumps(measured.as_dict())
@@ -257,20 +257,20 @@ def test_no_log_is_too_coarse_for_a_number_or_a_reason(values, seed):
 def test_samples_left_out_and_gaps_are_no_part_of_a_loop():
     x = zigzag([0.0, *TIPS * 4, -1.0], 200)
     y = core(x)
-    clean = loops(dehyst.Recording(x, y))
+    clean = measure_loops(dehyst.Recording(x, y))
     spoilt = y.copy()
     spoilt[[300, 701, 702]] = 50.0
-    mended = loops(dehyst.Recording(x, spoilt, left_out=(300, 701, 702)))
+    mended = measure_loops(dehyst.Recording(x, spoilt, left_out=(300, 701, 702)))
     assert value(mended, "area") == pytest.approx(value(clean, "area"), rel=1e-3)
-    parted = loops(dehyst.Recording(x, y, breaks=(900,)))
+    parted = measure_loops(dehyst.Recording(x, y, breaks=(900,)))
     assert parted.count == clean.count - 1
 
 
 def test_the_reference_is_zero_only_where_it_lies_well_inside():
     x = zigzag([0.0, *TIPS * 3, -1.0])
     y = core(x)
-    assert loops(dehyst.Recording(x, y)).output_reference == "zero"
-    shifted = loops(dehyst.Recording(x + 5.0, y + 1.0))
+    assert measure_loops(dehyst.Recording(x, y)).output_reference == "zero"
+    shifted = measure_loops(dehyst.Recording(x + 5.0, y + 1.0))
     assert (shifted.input_reference, shifted.output_reference) == ("middle", "middle")
     assert value(shifted, "coercivity") == pytest.approx(0.15, rel=0.01)
 
@@ -311,7 +311,7 @@ def test_a_loss_is_told_in_joules_where_the_units_make_one():
     log = dehyst.Recording(
         10 * np.sin(turn), 3 * np.sin(turn - 0.5), input_unit="deg", output_unit="Nm"
     )
-    measured = loops(log)
+    measured = measure_loops(log)
     estimate = measured.estimates["area"]
     assert measured.area_word == "loss" and estimate.unit == "J"
     assert estimate.value == pytest.approx(np.pi * 30 * np.sin(0.5) * np.pi / 180, rel=1e-3)
@@ -323,7 +323,7 @@ def test_what_identify_says_of_the_opening_is_what_loops_says():
     y = dehyst.PrandtlIshlinskii([0.4], [2.5]).simulate(x) + 0.02 * rng.normal(size=x.size)
     record = dehyst.Recording(x, y)
     fit = dehyst.identify(record, "pi", n=10)
-    measured = loops(record)
+    measured = measure_loops(record)
     assert fit.facts.width_percent == value(measured, "opening_percent")
     said = fit.as_dict()["loop"]["numbers"]["estimates"]
     assert said["width"]["value"] == value(measured, "width")
@@ -339,7 +339,7 @@ def test_the_loss_of_a_measured_magnet_is_the_integral_of_its_loop():
     ratios = []
     for flux, field in zip(data["B"].astype(float), data["H"].astype(float), strict=True):
         record = dehyst.Recording(flux, field, input_unit="T", output_unit="A/m")
-        measured = loops(record)
+        measured = measure_loops(record)
         assert measured.units["work"] == "J/m3"
         for loop in measured.loops:
             # A loop that others were taken out of is no stretch of the log.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import sys
 from collections.abc import Sequence
@@ -45,10 +44,7 @@ def run_inspect(request: InspectRequest) -> None:
             progress=progress,
         )
     if request.json:
-        numbers = summary.numbers and summary.numbers.summary
-        print_json(
-            dataclasses.asdict(dataclasses.replace(summary, numbers=None)) | {"numbers": numbers}
-        )
+        print_json(summary.as_dict())
         return
     out = terminal()
     title = f"{summary.name}: {summary.rows} rows"
@@ -64,7 +60,9 @@ def run_inspect(request: InspectRequest) -> None:
     if summary.numbers is not None:
         pair = f"{visible(summary.output or '')} over {visible(summary.input or '')}"
         numbers = summary.numbers
-        out.print(f"\nlargest loops, {pair}: {numbers.opening_words}\n{numbers.words}", soft_wrap=True)
+        out.print(
+            f"\nlargest loops, {pair}: {numbers.opening_words}\n{numbers.words}", soft_wrap=True
+        )
     print_findings(summary.findings)
     if summary.doubt:
         out.print(f"\nnot sure: {summary.doubt}", soft_wrap=True)

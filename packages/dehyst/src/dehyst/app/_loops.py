@@ -16,7 +16,7 @@ from dehyst.app._terminal import (
     terminal,
 )
 from dehyst.app.requests import LoopsRequest
-from dehyst.data import Loops, MeasuredLoop, Recording, loops
+from dehyst.data import Loops, MeasuredLoop, Recording, measure_loops
 from dehyst.findings import Finding
 from dehyst.shell import command, visible
 
@@ -34,7 +34,7 @@ def run_loops(request: LoopsRequest) -> None:
     with ask_progress("reading", request.json) as progress:
         records = [record for *_, record in read_logs(request, progress)]
     with ask_progress("measuring", request.json):
-        measured = loops(records, symmetric=request.symmetric)
+        measured = measure_loops(records, symmetric=request.symmetric)
     if request.out is not None:
         from dehyst.report import write_loops
 

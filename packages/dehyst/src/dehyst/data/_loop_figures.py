@@ -34,7 +34,7 @@ class _Spot(NamedTuple):
     completed: bool
 
 
-def loops(recordings: Recording | Sequence[Recording], *, symmetric: bool = False) -> Loops:
+def measure_loops(recordings: Recording | Sequence[Recording], *, symmetric: bool = False) -> Loops:
     """Measure every closed loop of a log.
 
     A loop begins where the input turns and ends where it comes back to that value, after swings of more than 5 % of
@@ -60,7 +60,7 @@ def loops(recordings: Recording | Sequence[Recording], *, symmetric: bool = Fals
     >>> import dehyst
     >>> x = 3.0 * np.sin(np.linspace(0.0, 8.0 * np.pi, 2001))
     >>> y = dehyst.PrandtlIshlinskii([0.5], [2.0]).simulate(x)
-    >>> measured = loops(Recording(x, y, input_unit="mm", output_unit="N"))
+    >>> measured = measure_loops(Recording(x, y, input_unit="mm", output_unit="N"))
     >>> largest = measured.largest[0]
     >>> round(largest.width, 6), round(largest.coercivity, 6), largest.orientation
     (2.0, 0.5, 'counter-clockwise')
@@ -68,13 +68,13 @@ def loops(recordings: Recording | Sequence[Recording], *, symmetric: bool = Fals
     '10.000 mJ'
     """
     records = require_recordings(recordings)
-    measured = measured_loops(records, symmetric=symmetric)
+    measured = loops_of(records, symmetric=symmetric)
     if measured is None:
         raise _no_loop(records, symmetric)
     return measured
 
 
-def measured_loops(
+def loops_of(
     recordings: Sequence[Recording], *, symmetric: bool = False, largest_only: bool = False
 ) -> Loops | None:
     """Return the loops, or None where there is none; with `largest_only` no others are measured, which is faster."""

@@ -255,8 +255,8 @@ class LoopFacts:
     evidence
         Of rate and creep; empty without time stamps, or with less than 200 samples that have them.
     numbers
-        Width, area, coercivity and others of the largest loops, as `dehyst.data.loops` measures them; None if no loop
-        is closed.
+        Width, area, coercivity and others of the largest loops, as `dehyst.data.measure_loops` returns them; None if
+        no loop is closed.
     """
 
     orientation: str

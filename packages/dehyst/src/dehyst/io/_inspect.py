@@ -9,15 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
-from dehyst.data import Loops, Recording, gap_limit, measured_loops, turning_points
+from dehyst.data import Loops, Recording, gap_limit, loops_of, turning_points
 from dehyst.errors import DehystError, TimeError
 from dehyst.findings import Finding
 from dehyst.io._checks import is_constant
@@ -134,7 +134,7 @@ class LogSummary:
     doubt
         Which other pairs are as likely, in a sentence; "" for none.
     numbers
-        Width, area, coercivity and others of the largest loops of that input and output, as `dehyst.data.loops`
+        Width, area, coercivity and others of the largest loops of that input and output, as `dehyst.data.measure_loops`
         measures them; None if no loop is closed.
     """
 
@@ -151,6 +151,11 @@ class LogSummary:
     findings: tuple[Finding, ...]
     doubt: str = ""
     numbers: Loops | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return everything as plain values, the content of ``dehyst inspect --json``."""
+        numbers = self.numbers and self.numbers.summary
+        return asdict(replace(self, numbers=None)) | {"numbers": numbers}
 
 
 def inspect_log(
@@ -228,7 +233,7 @@ def inspect_log(
     next_command = ""
     numbers = None
     if readable.record is not None:
-        numbers = measured_loops([readable.record], largest_only=True)
+        numbers = loops_of([readable.record], largest_only=True)
     if readable.can_be_read:
         run_named = chosen if len(runs) > 1 else None
         next_command = _command(path, x, y, run_named, (time_unit, dt), sheet, findings)

@@ -31,7 +31,7 @@ def write_loops(measured: Loops, path: str | os.PathLike[str]) -> Path:
     Parameters
     ----------
     measured
-        Result of `dehyst.data.loops`.
+        Result of `dehyst.data.measure_loops`.
     path
         File to write.
 
@@ -43,9 +43,9 @@ def write_loops(measured: Loops, path: str | os.PathLike[str]) -> Path:
     Examples
     --------
     >>> import pathlib, tempfile
-    >>> from dehyst.data import loops
+    >>> from dehyst.data import measure_loops
     >>> from dehyst.io import example_recording
-    >>> path = write_loops(loops(example_recording()), pathlib.Path(tempfile.mkdtemp()) / "loops.svg")
+    >>> path = write_loops(measure_loops(example_recording()), pathlib.Path(tempfile.mkdtemp()) / "loops.svg")
     >>> path.read_text(encoding="utf-8").count("coercivity") > 0
     True
     """
