@@ -111,7 +111,10 @@ class _Splitter:
         b, c, d = self.values(self.turns[-3:])
         path, head, tail = loop_between(self.signal, out, back, (b, c, d))
         self.paths.append(path)
-        self.legs[-3:] = [before + head + tail]
+        # In place: a way from which very many small loops were taken out would else be copied with each of them.
+        before += head
+        before += tail
+        del self.legs[-2:]
         del self.turns[-3:-1]
 
 

@@ -25,11 +25,19 @@ CONFIDENCE = 0.95
 NORMAL = 1_000_000  # degrees of freedom of an interval that the noise of many samples makes
 
 
+class _Piece(NamedTuple):
+    """Samples of a recording that count and follow each other."""
+
+    name: str
+    x: Array
+    y: Array
+    time: Array  # [s], or numbers of samples
+
+
 class _Spot(NamedTuple):
     """A loop before it is measured."""
 
-    recording: Recording
-    rows: Array  # samples that count, as numbers of the recording
+    piece: _Piece
     path: LoopPath
     completed: bool
 
@@ -97,9 +105,10 @@ def loops_of(
     scale = _Measures(output_range, factor, references, not largest_only)
     measured = [scale.loop(spots[k], int(k) + 1) for k in numbers.tolist()]
     chosen = [loop for loop in measured if loop.depth >= POLICY.loops_large * deepest]
-    # One that does not close is no cycle of the steady state, unless all are like that.
-    if any(loop.closes for loop in chosen):
-        chosen = [loop for loop in chosen if loop.closes]
+    # One that does not close is no cycle of the steady state, unless most are like that.
+    closed = [loop for loop in chosen if loop.closes]
+    if 2 * len(closed) >= len(chosen):
+        chosen = closed
     # Of so few loops of several sizes a mean has no interval that is true: the largest one stands for itself.
     basis = f"scatter of {len(chosen)} loops"
     if len(chosen) < POLICY.fewest_scatter:
@@ -152,12 +161,15 @@ def _spots(recordings: Sequence[Recording], symmetric: bool) -> list[_Spot]:
         counts[list(record.left_out)] = False
         for piece in record.pieces:
             rows = piece.start + np.flatnonzero(counts[piece])
-            x = record.input[rows]
-            for path in loop_paths(x, swing):
-                whole.append(_Spot(record, rows, path, False))
-            half = half_loop(x, swing)
+            time = rows.astype(np.float64)
+            if record.time is not None:
+                time = record.time[rows]
+            part = _Piece(record.name, record.input[rows], record.output[rows], time)
+            for path in loop_paths(part.x, swing):
+                whole.append(_Spot(part, path, False))
+            half = half_loop(part.x, swing)
             if half is not None:
-                halves.append(_Spot(record, rows, half, True))
+                halves.append(_Spot(part, half, True))
     if whole or not symmetric or not halves:
         return whole
     return [max(halves, key=lambda spot: spot.path.depth)]
@@ -166,10 +178,10 @@ def _spots(recordings: Sequence[Recording], symmetric: bool) -> list[_Spot]:
 def _references(spots: Sequence[_Spot]) -> tuple[float | None, float | None]:
     """Zero of input and of output, where it lies well inside the range of the largest loops; else None."""
     references: list[float | None] = []
-    for signal in ("input", "output"):
+    for signal in ("x", "y"):
         parts = []
         for spot in spots:
-            parts.append(values_at(getattr(spot.recording, signal)[spot.rows], spot.path.places))
+            parts.append(values_at(getattr(spot.piece, signal), spot.path.places))
         low, high = range_over(parts)
         inside = POLICY.zero_inside * (high - low)
         references.append(0.0 if low + inside <= 0.0 <= high - inside else None)
@@ -188,12 +200,9 @@ class _Measures:
     def loop(self, spot: _Spot, number: int) -> MeasuredLoop:
         """Measure a loop."""
         places = spot.path.places
-        x = values_at(spot.recording.input[spot.rows], places)
-        y = values_at(spot.recording.output[spot.rows], places)
-        rows = values_at(spot.rows.astype(np.float64), places)
-        time = rows
-        if spot.recording.time is not None:
-            time = values_at(spot.recording.time, rows)
+        x = values_at(spot.piece.x, places)
+        y = values_at(spot.piece.y, places)
+        time = values_at(spot.piece.time, places)
         if spot.completed:
             x, y = _completed(x, y)
         path = ClosedPath(x, y)
@@ -201,7 +210,8 @@ class _Measures:
         openings = path.openings()
         gap = 100.0 * float(y[-1] - y[0]) / self.output_range
         noise = 100.0 * math.sqrt(2.0) * path.noise[1] / self.output_range
-        closed_within = max(100.0 * POLICY.loop_closed, POLICY.closed_errors * noise)
+        jump = 100.0 * _jump(x, y) / self.output_range
+        closed_within = max(100.0 * POLICY.loop_closed, POLICY.closed_errors * noise, jump)
         drawn = np.array([x, y])
         if not self.with_path:
             drawn = drawn[:, :0]
@@ -218,7 +228,7 @@ class _Measures:
         errors["gap_percent"] = noise
         return MeasuredLoop(
             number=number,
-            recording=spot.recording.name,
+            recording=spot.piece.name,
             start=float(np.min(time)),
             end=float(np.max(time)),
             input_low=float(np.min(x)),
@@ -276,6 +286,13 @@ class _Measures:
         return "clockwise"
 
 
+def _jump(x: Array, y: Array) -> float:
+    """How far the output goes at the begin and at the end of a loop while the input hardly moves, as of a damper."""
+    away = np.flatnonzero(np.abs(x - x[0]) > POLICY.at_turn * float(np.ptp(x)))
+    begin, end = y[: away[0] + 1], y[away[-1] :]
+    return float(np.ptp(begin)) + float(np.ptp(end))
+
+
 def _apart(branches: tuple[Branch, Branch], place: float, share: float) -> ReadValue:
     """Distance of two branches at a place."""
     first, second = (branch.at(place) for branch in branches)
@@ -308,32 +325,52 @@ def _estimate(chosen: Sequence[MeasuredLoop], name: str, unit: str) -> LoopEstim
 
 
 def _trends(chosen: Sequence[MeasuredLoop]) -> dict[str, LoopEstimate]:
-    """Change from cycle to cycle: a line through the numbers of the largest loops, in percent of their mean."""
+    """Change from cycle to cycle: a line through the numbers of the largest loops, in percent of their mean.
+
+    Where the loops are not of one size the line stands beside their depth, which is no wear.
+    """
     count = len(chosen)
     if count < POLICY.fewest_trend:
         return {}
-    numbers = {
-        "width": [loop.width for loop in chosen],
-        "area": [loop.area for loop in chosen],
-        "gain": [_gain(loop) for loop in chosen],
-    }
-    trends = {}
+    depth = np.array([loop.depth for loop in chosen])
     place = np.arange(count) - 0.5 * (count - 1)
-    spread = float(place @ place)
-    for name, series in numbers.items():
-        values = np.array(series)
-        mean = float(np.mean(values))
+    beside = [np.ones(count)]
+    if float(np.std(depth)) > POLICY.one_depth * float(np.mean(depth)):
+        beside.append(depth / float(np.mean(depth)) - 1.0)
+    freedom = count - 1 - len(beside)
+    basis = np.column_stack(beside)
+    along = place - basis @ np.linalg.lstsq(basis, place, rcond=None)[0]
+    spread = float(along @ along)
+    # Loops that grow evenly do not tell wear from size.
+    if freedom < 1 or not spread > POLICY.own_place * float(place @ place):
+        return {}
+    trends = {}
+    for name, series in _wearing(chosen).items():
+        mean = float(np.mean(series))
         if not abs(mean) > 0.0:
             continue
-        slope = float(place @ values) / spread
-        left = values - mean - slope * place
-        error = math.sqrt(float(left @ left) / (count - 2) / spread)
-        reach = quantile(CONFIDENCE, count - 2) * error
+        left = series - basis @ np.linalg.lstsq(basis, series, rcond=None)[0]
+        slope = float(along @ left) / spread
+        left = left - slope * along
+        reach = quantile(CONFIDENCE, freedom) * math.sqrt(float(left @ left) / freedom / spread)
         percent = 100.0 / abs(mean)
         trends[name] = LoopEstimate(
             percent * slope, percent * (slope - reach), percent * (slope + reach), "%/cycle"
         )
     return trends
+
+
+def _wearing(chosen: Sequence[MeasuredLoop]) -> dict[str, Array]:
+    """Numbers whose change tells of wear; no gain where the output is no higher at one turn than at the other."""
+    numbers = {
+        "width": np.array([loop.width for loop in chosen]),
+        "area": np.array([loop.area for loop in chosen]),
+    }
+    gains = np.array([_gain(loop) for loop in chosen])
+    heights = np.array([(loop.output_high - loop.output_low) / loop.depth for loop in chosen])
+    if abs(float(np.mean(gains))) > POLICY.rises_by * float(np.mean(heights)):
+        numbers["gain"] = gains
+    return numbers
 
 
 def _gain(loop: MeasuredLoop) -> float:

@@ -87,7 +87,7 @@ class MeasuredLoop:
     gap_percent
         Output at the end less that at the begin, at the same input; percent of the output's range in the whole log.
     closes
-        Whether that is less than 2 %, or than the noise makes.
+        Whether that is less than 2 %, than the noise makes, or than the output jumps while the input turns.
     orientation
         As it is drawn, output over input: "counter-clockwise", "clockwise", "mixed" (it crosses itself) or "none" (it
         is narrower than 1 % of the output's range).
@@ -187,7 +187,7 @@ class Loops(Plotted):
         Each of them, in the order of the recordings and of time.
     largest
         The largest ones: those whose input goes at least nine tenths as far as that of the largest loop, and that
-        close, if any do; the largest one alone if they are fewer than three.
+        close, if half of them do; the largest one alone if they are fewer than three.
     estimates
         Name of a number -> its mean over the largest loops, with its interval.
     basis

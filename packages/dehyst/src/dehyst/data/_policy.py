@@ -155,6 +155,12 @@ class DataPolicy:
     fewest_scatter: int = 3
     # A change from cycle to cycle is a line through so many loops at least. [loops]
     fewest_trend: int = 4
+    # Loops are of one depth if it scatters by no more than this share of it; else the line stands beside it, ...
+    one_depth: float = 0.001
+    # ... and is drawn only if depths leave this share of the squares of time: sizes that grow evenly look like time.
+    own_place: float = 0.1
+    # The gain is told where the output differs between the turns by this share of its range in the loop.
+    rises_by: float = 0.5
     # A branch is read at a place by a parabola through what lies within this share of its range on either side ...
     reading_reach: float = 0.025
     # ... if there are so many samples; else between the two beside it. [samples]
@@ -165,6 +171,8 @@ class DataPolicy:
     loop_closed: float = 0.02
     # ... or than so many standard errors that the noise makes. [standard errors]
     closed_errors: float = 3.0
+    # An output that jumps where the input turns, within this share of the way, closes within that jump.
+    at_turn: float = 0.01
     # A loop whose branches are closer than this share of the output's range, in the mean, has no direction.
     loop_narrow: float = 0.01
     # It crosses itself if the smaller part of its area is at least this share of the larger one.
