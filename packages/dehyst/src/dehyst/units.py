@@ -436,7 +436,7 @@ def work_unit(first: str, second: str) -> tuple[float, str]:
     factor : float
         The product in the units of the log times this is in `unit`.
     unit : str
-        For example ``"mJ"``; ``"bar deg"`` where the product is no work, "" where no unit is known.
+        For example ``"mJ"``; ``"bar deg"`` where the product is no work, "" where one of both is not known.
 
     Examples
     --------
@@ -454,7 +454,10 @@ def work_unit(first: str, second: str) -> tuple[float, str]:
         factor *= to_si
     work = WORKS.get(frozenset(kinds))
     if work is None:
-        return 1.0, " ".join(filter(None, (first.strip(), second.strip())))
+        both = first.strip(), second.strip()
+        if not all(both):
+            return 1.0, ""
+        return 1.0, " ".join(both)
     # A product that is a joule with a prefix keeps its number: 3 N mm are 3 mJ.
     for size, prefix in PREFIXES.items():
         if math.isclose(factor, size, rel_tol=1e-12):

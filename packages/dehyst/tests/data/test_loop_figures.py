@@ -168,6 +168,17 @@ def test_a_friction_runs_clockwise_and_a_figure_of_eight_crosses_itself():
     assert line.orientation == "none" and value(line, "area") == pytest.approx(0.0, abs=1e-9)
 
 
+def test_a_flag_is_open_at_its_ends_and_has_no_width_in_the_middle():
+    """A self-centring brace: force 1 where it goes out and 0.6 where it comes back, on both sides of zero."""
+    x = zigzag([0.0, *TIPS * 3, -1.0], 2000)
+    outward = rises(x) == (x > 0.0)
+    y = np.sign(x) * np.minimum(np.abs(x) / 0.05, np.where(outward, 1.0, 0.6))
+    measured = measure_loops(dehyst.Recording(x, y))
+    assert value(measured, "width") == pytest.approx(0.0, abs=1e-9)
+    assert value(measured, "opening_percent") == pytest.approx(100 * 0.4 / 2.0, rel=1e-3)
+    assert measured.orientation == "clockwise"
+
+
 def test_loops_inside_others_are_loops_of_their_own():
     """A large loop with three small ones on its way: the large one has the area that it has without them."""
     model = dehyst.PrandtlIshlinskii([0.0, 0.1, 0.4], [1.0, 0.5, 0.5])
@@ -296,7 +307,7 @@ def test_the_reference_is_zero_only_where_it_lies_well_inside():
         ("in", "lbf", 0.112984829, "J"),
         ("bar", "deg", 1.0, "bar deg"),
         ("V", "um", 1.0, "V um"),
-        ("furlong", "", 1.0, "furlong"),
+        ("furlong", "", 1.0, ""),
         ("", "", 1.0, ""),
         ("N", "N", 1.0, "N N"),
     ],

@@ -36,14 +36,31 @@ class Branch:
     span: float  # Range of u
 
     def at(self, place: float) -> ReadValue:
-        """Read v where u is at a place: by a parabola through the samples near it, or between the two beside it."""
+        """Read v where u is at a place: by a parabola through the samples near it, or between the two beside it.
+
+        As many samples as the noise asks for: a corner near the place would bend a longer parabola.
+        """
         reach = POLICY.reading_reach * self.span
-        inside = np.abs(self.u - place) <= reach
-        distance = self.u[inside] - place
+        near = np.flatnonzero(np.abs(self.u - place) <= reach)
+        wanted = self._enough()
+        if near.size > wanted:
+            away = np.abs(self.u[near] - place)
+            near = near[np.argpartition(away, wanted - 1)[:wanted]]
+        distance = self.u[near] - place
         few = distance.size < POLICY.reading_samples
         if few or not (np.min(distance) < 0.0 < np.max(distance)):
             return self._between(place)
-        return self._fitted(distance / reach, self.v[inside], reach, 2)
+        reach = float(np.max(np.abs(distance)))
+        return self._fitted(distance / reach, self.v[near], reach, 2)
+
+    def _enough(self) -> int:
+        """Samples of a parabola whose middle, of 9/4 times the variance of a mean, has the error that is asked for."""
+        height = float(np.ptp(self.v))
+        noise = float(np.hypot(self.noise[1], self.noise[0] * height / self.span))
+        wanted = 0.0
+        if height > 0.0:
+            wanted = 2.25 * (noise / (POLICY.reading_error * height)) ** 2
+        return max(POLICY.reading_samples, int(np.ceil(min(wanted, 1e9))))
 
     def near_end(self, end: float) -> tuple[ReadValue, ReadValue]:
         """Read v and its slope at an end of the way, over a tenth of it."""
@@ -65,7 +82,7 @@ class Branch:
         solved, _, rank, _ = np.linalg.lstsq(basis, v - middle, rcond=None)
         if rank <= degree:
             return ReadValue(middle, self.noise[1])
-        covariance = np.linalg.inv(basis.T @ basis)
+        covariance = np.linalg.pinv(basis.T @ basis)
         variance = self.noise[1] ** 2 + (float(solved[1]) / reach * self.noise[0]) ** 2
         return ReadValue(middle + float(solved[0]), float(np.sqrt(variance * covariance[0, 0])))
 

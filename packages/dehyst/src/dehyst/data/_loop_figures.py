@@ -22,6 +22,7 @@ from dehyst.student import quantile
 from dehyst.units import work_unit
 
 CONFIDENCE = 0.95
+ROUNDING = 1e-12  # of the range of a signal
 NORMAL = 1_000_000  # degrees of freedom of an interval that the noise of many samples makes
 
 
@@ -297,7 +298,11 @@ def _apart(branches: tuple[Branch, Branch], place: float, share: float) -> ReadV
     """Distance of two branches at a place."""
     first, second = (branch.at(place) for branch in branches)
     error = share * math.hypot(first.error, second.error)
-    return ReadValue(share * abs(first.value - second.value), error)
+    distance = abs(first.value - second.value)
+    # Branches that touch, as those of a self-centring brace do at zero, differ by rounding.
+    if distance < ROUNDING * max(float(np.ptp(branch.v)) for branch in branches):
+        distance = 0.0
+    return ReadValue(share * distance, error)
 
 
 def _middle(values: Array) -> float:

@@ -165,6 +165,8 @@ class DataPolicy:
     reading_reach: float = 0.025
     # ... if there are so many samples; else between the two beside it. [samples]
     reading_samples: int = 6
+    # The parabola takes the nearest samples, as many as it takes for this standard error, as a share of the range.
+    reading_error: float = 0.0002
     # The slope at a turn is that of a line over this share of the way.
     turn_reach: float = 0.1
     # A loop closes if its begin and its end lie no further apart than this share of the output's range, ...

@@ -13,7 +13,7 @@ from dehyst.report._drawing import DASHED, PanelLine, chart
 from dehyst.report._page import write_page
 from dehyst.report._parts import Axes, Draw, Page, PageFigure, PageSection, PageTable, Panel
 from dehyst.report._svg import write_picture
-from dehyst.report._text import count, number, short
+from dehyst.report._text import bracketed, count, number, short, with_unit
 from dehyst.report._theme import DATA, MODEL, MUTED, TEST, TRAIN, ThemeColour
 
 LOOPS = "dehyst loops: "  # by which a picture is known that may be drawn anew
@@ -59,7 +59,7 @@ def loops_figure(measured: Loops) -> PageFigure:
     """Return the largest loop with its numbers, all loops, and how width and area change from cycle to cycle."""
     loop = measured.largest[0]
     x, y = loop.path
-    enclosed = f"{measured.area_word} {number(loop.area)} {measured.units['work']}".strip()
+    enclosed = f"{measured.area_word} {with_unit(loop.area, measured.units['work'])}"
     if not loop.closes:
         enclosed += f", does not close: gap {loop.gap_percent:+.1f} % of range"
     closed = PanelLine(np.append(x, x[0]), np.append(y, y[0]), TRAIN, enclosed, 1.6)
@@ -82,8 +82,9 @@ def loops_figure(measured: Loops) -> PageFigure:
     ]
     if measured.trends:
         panels.append(_trend_panel(measured))
-    caption = f"{measured.opening_words}; intervals of 95 %: {measured.basis}"
-    return PageFigure("loops", "Numbers of the loop", caption, tuple(panels), width=6.4)
+    return PageFigure(
+        "loops", "Numbers of the loop", measured.opening_words, tuple(panels), width=6.4
+    )
 
 
 def _all_loops(measured: Loops) -> Draw:
@@ -104,6 +105,9 @@ def _trend_panel(measured: Loops) -> Panel:
     places = np.array([float(loop.number) for loop in measured.largest])
     lines = []
     for name, colour in (("width", TRAIN), ("area", TEST)):
+        # What is zero in all of them has no percentage.
+        if name not in measured.trends:
+            continue
         values = np.array([getattr(loop, name) for loop in measured.largest])
         label = name
         if name == "area":
@@ -132,15 +136,15 @@ def _annotate(measured: Loops, loop: MeasuredLoop, axes: Axes) -> None:
     if measured.output_reference == "zero":
         y_place = 0.0
     units = measured.units
-    width = f"width {number(loop.width)} {units['output']}"
+    width = f"width {with_unit(loop.width, units['output'])}"
     # The same distance twice would be drawn over itself.
     if abs(x_place - x_middle) < APART * loop.depth:
-        width += f"\nremanence {number(loop.remanence)} {units['output']} (half)"
+        width += f"\nremanence {with_unit(loop.remanence, units['output'])} (half)"
     else:
-        label = f"remanence {number(loop.remanence)} {units['output']} (half)"
+        label = f"remanence {with_unit(loop.remanence, units['output'])} (half)"
         _upright(axes, x_place, loop.outputs_at(x_place), label, MODEL)
     _upright(axes, x_middle, loop.outputs_at(x_middle), width, TEST)
-    label = f"coercivity {number(loop.coercivity)} {units['input']} (half)"
+    label = f"coercivity {with_unit(loop.coercivity, units['input'])} (half)"
     _level(axes, loop.inputs_at(y_place), y_place, label, MODEL)
     _turn(axes, loop, "high", units["output"])
     _turn(axes, loop, "low", units["output"])
@@ -231,7 +235,7 @@ def _turn(axes: Axes, loop: MeasuredLoop, side: str, unit: str) -> None:
     if upper != _falls(loop):
         across, align = 0.03, "left"
     axes.annotate(
-        f"{number(saturation)} {unit} at the {TURNS[side]} turn\n"
+        f"{with_unit(saturation, unit)} at the {TURNS[side]} turn\n"
         f"slope {slopes[0]} before, {slopes[1]} behind",
         (turn, saturation),
         (across, place),
@@ -273,10 +277,10 @@ def _page(measured: Loops, figure: PageFigure) -> Page:
     heads = (
         "loop",
         "begin",
-        f"width [{units['output']}]",
+        f"width{bracketed(units['output'])}",
         "opening [%]",
-        f"{measured.area_word} [{units['work']}]",
-        f"coercivity [{units['input']}]",
+        f"{measured.area_word}{bracketed(units['work'])}",
+        f"coercivity{bracketed(units['input'])}",
         "gap [%]",
         "direction",
     )
