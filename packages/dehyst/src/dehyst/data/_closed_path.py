@@ -40,6 +40,8 @@ class Branch:
 
         As many samples as the noise asks for: a corner near the place would bend a longer parabola.
         """
+        if not self.span > 0.0:
+            return UNREAD
         reach = POLICY.reading_reach * self.span
         near = np.flatnonzero(np.abs(self.u - place) <= reach)
         wanted = self._enough()

@@ -88,7 +88,8 @@ def loops_of(
 ) -> Loops | None:
     """Return the loops, or None where there is none; with `largest_only` no others are measured, which is faster."""
     spots = _spots(recordings, symmetric)
-    if not spots:
+    output_range = robust_range([record.output for record in recordings])
+    if not spots or not output_range > 0.0:
         return None
     count = len(spots)
     deepest = max(spot.path.depth for spot in spots)
@@ -99,7 +100,6 @@ def loops_of(
     numbers = np.arange(len(spots))
     if numbers.size > most:
         numbers = np.unique(np.linspace(0, numbers.size - 1, most).astype(np.int64))
-    output_range = robust_range([record.output for record in recordings])
     references = _references(large[: POLICY.most_largest])
     first = recordings[0]
     factor, unit = work_unit(first.input_unit, first.output_unit)
@@ -385,6 +385,13 @@ def _gain(loop: MeasuredLoop) -> float:
 
 def _no_loop(records: Sequence[Recording], symmetric: bool) -> ExcitationError:
     """What to log, or to type, where the input never comes back."""
+    if not robust_range([record.output for record in records]) > 0.0:
+        name = records[0].output_name
+        return ExcitationError(
+            f"the log holds no closed loop: its output '{name}' stands still, so no loop has an area or a width. Check "
+            f"the sensor, or name another column: --output COLUMN.",
+            output=name,
+        )
     turns = 0
     half = 0.0
     low, high = range_over([record.input for record in records])

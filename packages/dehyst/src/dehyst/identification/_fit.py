@@ -280,7 +280,11 @@ class LoopFacts:
         opening = f"{self.width_percent:.2g} % of range"
         if self.orientation == "none":
             return f"no loop (branches at most {opening} apart)"
-        return f"loop {self.orientation}, opening {opening}"
+        mirrored = ""
+        # Drawn as it was logged it runs the other way round, as `dehyst loops` says.
+        if self.trend < 0:
+            mirrored = " with the falling output mirrored"
+        return f"loop {self.orientation}{mirrored}, opening {opening}"
 
     @property
     def rate_dependence_percent(self) -> float | None:
