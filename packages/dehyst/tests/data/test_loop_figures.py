@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import dehyst
 from dehyst.data import measure_loops
+from dehyst.data._loop_numbers import LoopEstimate
 from dehyst.errors import ExcitationError
 from dehyst.units import work_unit
 from places import DATA
@@ -330,6 +331,35 @@ def test_a_loss_is_told_in_joules_where_the_units_make_one():
     estimate = measured.estimates["area"]
     assert measured.area_word == "loss" and estimate.unit == "J"
     assert estimate.value == pytest.approx(np.pi * 30 * np.sin(0.5) * np.pi / 180, rel=1e-3)
+
+
+@pytest.mark.parametrize("sizes", [(1e100, 1e-100), (1e-100, 1e100), (1e99, 1e99), (1.0, 1e-12)])
+def test_very_large_and_small_signals_have_numbers_and_short_words(sizes):
+    turn = np.linspace(0.0, 8 * np.pi, 801)
+    x, y = sizes[0] * np.sin(turn), sizes[1] * np.sin(turn - 0.3)
+    measured = measure_loops(dehyst.Recording(x, y))
+    assert value(measured, "coercivity") == pytest.approx(sizes[0] * np.sin(0.3), rel=1e-3)
+    assert measured.orientation == "counter-clockwise"
+    assert max(map(len, measured.words.split())) < 15
+
+
+@pytest.mark.parametrize(
+    ("estimate", "words"),
+    [
+        ((6.4087, 0.0281, "deg"), "6.409 +- 0.028 deg"),
+        ((633.2, 37.4, "mJ"), "633 +- 37 mJ"),
+        ((2.0, 0.0, ""), "2"),
+        ((0.0, 0.0, "N"), "0 N"),
+        ((0.0, 0.25, "N"), "0.00 +- 0.25 N"),
+        ((1.43e-6, 9.1e-7, "T"), "1.43e-06 +- 9.1e-07 T"),
+        ((1.5e9, 2.2e6, "V"), "1.5e+09 +- 2.2e+06 V"),
+        ((np.nan, np.nan, "V"), "unknown"),
+        ((3.0, np.inf, "V"), "3 V"),
+    ],
+)
+def test_a_number_has_the_digits_of_its_interval(estimate, words):
+    number, half, unit = estimate
+    assert str(LoopEstimate(number, number - half, number + half, unit)) == words
 
 
 def test_what_identify_says_of_the_opening_is_what_loops_says():

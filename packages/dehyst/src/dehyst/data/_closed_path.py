@@ -85,15 +85,15 @@ class Branch:
         if rank <= degree:
             return ReadValue(middle, self.noise[1])
         covariance = np.linalg.pinv(basis.T @ basis)
-        variance = self.noise[1] ** 2 + (float(solved[1]) / reach * self.noise[0]) ** 2
-        return ReadValue(middle + float(solved[0]), float(np.sqrt(variance * covariance[0, 0])))
+        noise = float(np.hypot(self.noise[1], float(solved[1]) / reach * self.noise[0]))
+        return ReadValue(middle + float(solved[0]), noise * float(np.sqrt(covariance[0, 0])))
 
     def _slope(self, distance: Array, v: Array, reach: float) -> ReadValue:
         centred = distance - np.mean(distance)
         spread = float(centred @ centred)
         slope = float(centred @ v) / spread
-        variance = self.noise[1] ** 2 + (slope / reach * self.noise[0]) ** 2
-        return ReadValue(slope / reach, float(np.sqrt(variance / spread)) / reach)
+        noise = float(np.hypot(self.noise[1], slope / reach * self.noise[0]))
+        return ReadValue(slope / reach, noise / float(np.sqrt(spread)) / reach)
 
     def _between(self, place: float) -> ReadValue:
         """Between the samples where u first passes a place."""

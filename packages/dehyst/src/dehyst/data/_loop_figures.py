@@ -22,6 +22,7 @@ from dehyst.student import quantile
 from dehyst.units import work_unit
 
 CONFIDENCE = 0.95
+TINY = 1e-300  # stands for a zero that would be divided by
 ROUNDING = 1e-12  # of the range of a signal
 NORMAL = 1_000_000  # degrees of freedom of an interval that the noise of many samples makes
 
@@ -320,12 +321,15 @@ def _estimate(chosen: Sequence[MeasuredLoop], name: str, unit: str) -> LoopEstim
     values = np.array([getattr(loop, name) for loop in chosen])
     errors = np.array([loop.errors[name] for loop in chosen])
     count = values.size
+    # Squares of very large numbers would overflow.
+    scale = max(float(np.max(np.abs(values))), TINY)
     mean = float(np.mean(values))
     # Samples that lie alike in every cycle scatter less than they err.
-    reach = quantile(CONFIDENCE, NORMAL) * float(np.linalg.norm(errors)) / count
+    reach = quantile(CONFIDENCE, NORMAL) * math.hypot(*(errors / scale).tolist()) / count
     if count >= POLICY.fewest_scatter:
-        scatter = float(np.std(values, ddof=1)) / math.sqrt(count)
+        scatter = float(np.std(values / scale, ddof=1)) / math.sqrt(count)
         reach = max(reach, quantile(CONFIDENCE, count - 1) * scatter)
+    reach *= scale
     return LoopEstimate(mean, mean - reach, mean + reach, unit)
 
 
@@ -354,13 +358,13 @@ def _trends(chosen: Sequence[MeasuredLoop]) -> dict[str, LoopEstimate]:
         mean = float(np.mean(series))
         if not abs(mean) > 0.0:
             continue
-        left = series - basis @ np.linalg.lstsq(basis, series, rcond=None)[0]
+        share = series / abs(mean)
+        left = share - basis @ np.linalg.lstsq(basis, share, rcond=None)[0]
         slope = float(along @ left) / spread
         left = left - slope * along
         reach = quantile(CONFIDENCE, freedom) * math.sqrt(float(left @ left) / freedom / spread)
-        percent = 100.0 / abs(mean)
         trends[name] = LoopEstimate(
-            percent * slope, percent * (slope - reach), percent * (slope + reach), "%/cycle"
+            100.0 * slope, 100.0 * (slope - reach), 100.0 * (slope + reach), "%/cycle"
         )
     return trends
 

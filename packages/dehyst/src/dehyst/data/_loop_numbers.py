@@ -11,6 +11,7 @@ from dehyst.arrays import Array
 from dehyst.data._closed_path import ClosedPath
 from dehyst.data._plotted import Plotted
 
+LARGE = 1e7  # a number with its interval from here on is written with an exponent
 MOST_DECIMALS = 5  # of a number with its interval; smaller ones are written with an exponent
 
 
@@ -39,12 +40,10 @@ class LoopEstimate:
         unit = ""
         if self.unit:
             unit = f" {self.unit}"
-        if not half > 1e-4 * abs(self.value):
+        if not 1e-4 * abs(self.value) < half < math.inf:
             return f"{self.value:.4g}{unit}"
-        if not half > 0.0:
-            return f"0{unit}"
         decimals = max(0, 1 - math.floor(math.log10(half)))
-        if decimals > MOST_DECIMALS:
+        if decimals > MOST_DECIMALS or abs(self.value) >= LARGE:
             return f"{self.value:.3g} +- {half:.2g}{unit}"
         return f"{self.value:.{decimals}f} +- {half:.{decimals}f}{unit}"
 
