@@ -417,14 +417,12 @@ def keys_of(value: Any, free: tuple[str, ...] = ("runs",)) -> set[str]:
 
 
 def test_every_key_of_the_json_outputs_and_of_the_model_file_is_documented(tmp_path):
-    import dataclasses
-
     from dehyst.io import write_example
 
     log = write_example(tmp_path / "example.csv")
     rec = dehyst.read_log(log, input="#2", output="#3", stop=40.0)
     inner = dehyst.PrandtlIshlinskii([0.0, 1.0], [1.0, 1.0])
-    keys = keys_of(dataclasses.asdict(dehyst.inspect_log(log)))
+    keys = keys_of(dehyst.inspect_log(log).as_dict())
     for family in ("pi", "modified-pi", "stop"):
         fit = dehyst.identify(rec, family, initial_state="rest")
         keys |= keys_of(fit.as_dict()) | keys_of(model_to_dict(fit.model))

@@ -102,6 +102,8 @@ def test_no_command_writes_or_prints_what_steers(run, tmp_path, monkeypatch):
     pair = (f"--input={x}", f"--output={y}")
     commands = [
         ("inspect", "log.csv"),
+        ("loops", "log.csv", *pair, "--out=loops.svg"),
+        ("loops", "log.csv", *pair, "--out=loops.html"),
         (
             "identify",
             "log.csv",

@@ -19,6 +19,7 @@ import numpy.typing as npt
 from matplotlib.figure import Figure
 
 import dehyst
+from dehyst.data import measure_loops
 from dehyst.io import example_recording
 from dehyst_targets.backlash import AxisReadings, lost_motion, make_table, plan_measurement
 from generate import bouc_wen, demo, model_figures, reviewed, speed, which_model
@@ -479,8 +480,16 @@ def learning() -> Figure:
     return figure
 
 
+def numbers_of_a_loop() -> Figure:
+    """The largest loop of the example log with the numbers that `dehyst loops` prints, where they are measured."""
+    figure = Figure(figsize=(9.6, 5.0), layout="constrained")
+    dehyst.plot(measure_loops(example_recording()), figure.subplots())
+    return figure
+
+
 FIGURES: dict[str, Callable[[], Figure]] = {
     "arm": arm,
+    "numbers-of-a-loop": numbers_of_a_loop,
     "loop": loop,
     "play": play,
     "misprint": misprint,

@@ -25,6 +25,7 @@ COMMANDS = {
     "doctor": ("doctor",),
     "page": ("page", "page.html"),
     "inspect": ("inspect", "log.csv"),
+    "loops": ("loops", "log.csv"),
     "identify": ("identify", "log.csv", *PAIR, *QUICK),
     "compare": ("compare", "log.csv", *PAIR, "--families", "pi"),
     "simulate": ("simulate", "model.json", "log.csv", "--input", X),

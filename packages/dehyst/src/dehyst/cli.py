@@ -21,6 +21,7 @@ COMMANDS = (
     Command("dehyst.app._play:run_simulate", requests.SimulateRequest),
     Command("dehyst.app._play:run_compensate", requests.CompensateRequest),
     Command("dehyst.app._inspect:run_inspect", requests.InspectRequest),
+    Command("dehyst.app._loops:run_loops", requests.LoopsRequest),
     Command("dehyst.app._inspect:run_example", requests.ExampleRequest),
     Command("dehyst.app._doctor:run_doctor", requests.DoctorRequest),
     Command("dehyst.app._design:run_design", requests.DesignRequest),

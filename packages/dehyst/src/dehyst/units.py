@@ -410,3 +410,82 @@ def convert(values: npt.ArrayLike, source: str, target: str) -> npt.NDArray[np.f
     if inverse.is_integer():
         return array / inverse
     return array * factor
+
+
+# Quantities that logs hold beside those of `TABLE`, and whose product with another one is a work or a loss.
+FIELD_UNITS: dict[str, dict[str, float]] = {
+    "charge": {"C": 1.0, "mC": 1e-3, "uC": 1e-6, "nC": 1e-9, "pC": 1e-12},
+    "flux": {"Wb": 1.0, "mWb": 1e-3, "Vs": 1.0, "V s": 1.0, "V*s": 1.0, "mVs": 1e-3},
+    "flux density": {"T": 1.0, "mT": 1e-3, "G": 1e-4, "kG": 0.1},
+    "magnetic field": {"A/m": 1.0, "kA/m": 1e3, "A/cm": 1e2, "Oe": 1e3 / (4.0 * math.pi)},
+    "electric field": {"V/m": 1.0, "kV/m": 1e3, "kV/cm": 1e5, "kV/mm": 1e6, "MV/m": 1e6},
+    "polarisation": {"C/m2": 1.0, "C/m^2": 1.0, "uC/cm2": 1e-2, "uC/cm^2": 1e-2},
+    "volume": {"m3": 1.0, "m^3": 1.0, "L": 1e-3, "l": 1e-3, "mL": 1e-6, "ml": 1e-6, "cm3": 1e-6},
+    "strain": {"%": 1e-2, "m/m": 1.0, "mm/mm": 1.0},
+}
+# Two dimensions -> the SI unit of the area of a loop between them.
+WORKS: dict[frozenset[str], str] = {
+    frozenset({"force", "length"}): "J",
+    frozenset({"torque", "angle"}): "J",
+    frozenset({"voltage", "charge"}): "J",
+    frozenset({"current", "flux"}): "J",
+    frozenset({"pressure", "volume"}): "J",
+    frozenset({"flux density", "magnetic field"}): "J/m3",
+    frozenset({"electric field", "polarisation"}): "J/m3",
+    frozenset({"pressure", "strain"}): "J/m3",
+}
+PREFIXES = {1e-9: "n", 1e-6: "u", 1e-3: "m", 1.0: "", 1e3: "k", 1e6: "M"}
+
+
+def _factor_of(unit: str) -> tuple[str, float]:
+    """Dimension and factor to SI of a unit of `TABLE` or `FIELD_UNITS`; ("", 1) of any other."""
+    spelling = canonical(unit)
+    if spelling is not None:
+        return DIMENSION[spelling], TABLE[DIMENSION[spelling]][spelling]
+    plain = unit.strip().translate(_PLAIN_SIGNS)
+    for kind, units in FIELD_UNITS.items():
+        if plain in units:
+            return kind, units[plain]
+    return "", 1.0
+
+
+_PLAIN_SIGNS = str.maketrans({"µ": "u", "μ": "u", "²": "2", "³": "3", "⋅": "*", "·": "*"})
+
+
+def work_unit(first: str, second: str) -> tuple[float, str]:
+    """Return the factor and the unit of a product of two signals, which is what a loop between them encloses.
+
+    Joule, or joule per cubic metre, where both units are known and their product is a work; else both side by side.
+
+    Returns
+    -------
+    factor : float
+        The product in the units of the log times this is in `unit`.
+    unit : str
+        For example ``"mJ"``; ``"bar deg"`` where the product is no work, "" where one of both is not known.
+
+    Examples
+    --------
+    >>> work_unit("mm", "N"), work_unit("T", "A/m"), work_unit("bar", "deg")
+    ((1.0, 'mJ'), (1.0, 'J/m3'), (1.0, 'bar deg'))
+    >>> factor, unit = work_unit("deg", "Nm")
+    >>> round(180 * factor, 6), unit
+    (3.141593, 'J')
+    """
+    kinds = []
+    factor = 1.0
+    for unit in (first, second):
+        kind, to_si = _factor_of(unit)
+        kinds.append(kind)
+        factor *= to_si
+    work = WORKS.get(frozenset(kinds))
+    if work is None:
+        both = first.strip(), second.strip()
+        if not all(both):
+            return 1.0, ""
+        return 1.0, " ".join(both)
+    # A product that is a joule with a prefix keeps its number: 3 N mm are 3 mJ.
+    for size, prefix in PREFIXES.items():
+        if math.isclose(factor, size, rel_tol=1e-12):
+            return 1.0, f"{prefix}{work}"
+    return factor, work

@@ -21,11 +21,11 @@ from dehyst.monitoring._groups import (
     contrast,
     cycles_of,
     groups_of,
-    quantile,
     rms,
     trend,
 )
 from dehyst.monitoring._parts import Estimates, MeasuredRecording, Prediction, Scale, memoryless
+from dehyst.student import quantile
 
 SCALE = Scale((0.0, 1.0), (2.0, 5.0), 4.0)
 

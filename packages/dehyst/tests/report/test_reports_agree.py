@@ -129,8 +129,8 @@ def contradictions(fit, tmp_path):
         (r"RMSE ([\d.]+) % of the output's range on", score.rmse_percent),
         (r"\(([\d.]+) % of the output's range\), \S+ um at worst", score.rmse_percent),
         (r"applied input back to ([\d.]+) % of", fit.input_error.rms_percent),
-        (r"([\d.]+) % wide", facts.width_percent),
-        (r"\(([\d.]+) % of the output's range wide\)", facts.width_percent),
+        (r"opening ([\d.]+) % of range", facts.width_percent),
+        (r"\(opening ([\d.]+) % of the output's range\)", facts.width_percent),
         (r"At its widest ([\d.]+) %", facts.width_percent),
         (r"(\d+) complete loops?\b", facts.loops),
     ):

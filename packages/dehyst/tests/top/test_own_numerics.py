@@ -13,7 +13,7 @@ from dehyst.families._duhem import golden_sections
 from dehyst.families._friction import quick
 from dehyst.families._shapes import nelder_mead
 from dehyst.least_squares import lawson_hanson
-from dehyst.monitoring._student import place_of_tail, tail
+from dehyst.student import place_of_tail, tail
 
 
 def hard_program(seed):

@@ -259,6 +259,16 @@ def _print(fit: Fit, request: IdentifyRequest, cost: StepCost | None = None) -> 
     if " of " in size:
         size += " carry weight"
     out.print(f"\n{size or 'no operators'}; {fit.facts.loop_words}")
+    if fit.facts.numbers is not None:
+        out.print(fit.facts.numbers.words, soft_wrap=True)
+    if fit.dead_band is not None:
+        unit = ""
+        if fit.recordings[0].input_unit:
+            unit = f" {fit.recordings[0].input_unit}"
+        out.print(
+            f"dead band {fit.dead_band.width:.3g}{unit}, {fit.dead_band.percent:.2g} % of the input's range: "
+            f"so far the input moves behind a turn before the output does"
+        )
     if size:
         out.print(f"assumed before the log: {past_in_words(certificate.initial_state)}")
     out.print(_certified(fit))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import sys
 from collections.abc import Sequence
@@ -45,7 +44,7 @@ def run_inspect(request: InspectRequest) -> None:
             progress=progress,
         )
     if request.json:
-        print_json(dataclasses.asdict(summary))
+        print_json(summary.as_dict())
         return
     out = terminal()
     title = f"{summary.name}: {summary.rows} rows"
@@ -58,6 +57,12 @@ def run_inspect(request: InspectRequest) -> None:
         out.print(_sampling_line(summary.sampling))
     out.print()
     print_columns(out, summary.columns)
+    if summary.numbers is not None:
+        pair = f"{visible(summary.output or '')} over {visible(summary.input or '')}"
+        numbers = summary.numbers
+        out.print(
+            f"\nlargest loops, {pair}: {numbers.opening_words}\n{numbers.words}", soft_wrap=True
+        )
     print_findings(summary.findings)
     if summary.doubt:
         out.print(f"\nnot sure: {summary.doubt}", soft_wrap=True)

@@ -20,6 +20,7 @@ from dehyst.app.requests import (
     EvaluateRequest,
     IdentifyRequest,
     LogsRequest,
+    LoopsRequest,
     SimulateRequest,
 )
 from dehyst.arrays import Array
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
 
 Read: TypeAlias = tuple[Path, str | None, Recording]  # log, run, what was read
 Shares: TypeAlias = Callable[[float], None]  # takes the share of a log that was read
-R = TypeVar("R", IdentifyRequest, CompareRequest)
+R = TypeVar("R", IdentifyRequest, CompareRequest, LoopsRequest)
 
 # Dimensions that a scheduling column may have; a unit that is not known passes.
 LOAD = "load"
@@ -136,7 +137,9 @@ def _choice(command: str, log: Path, summary: LogSummary) -> ColumnError:
     )
 
 
-def read_logs(request: IdentifyRequest | CompareRequest, progress: Shares) -> list[Read]:
+def read_logs(
+    request: IdentifyRequest | CompareRequest | LoopsRequest, progress: Shares
+) -> list[Read]:
     """Return the recordings of a request whose columns are named, each with its log and run."""
     columns = request.input or "", request.output or ""
     read: list[Read] = []

@@ -21,6 +21,7 @@ SWEEP = "dehyst sweep: "
 EXCITATION = "dehyst design: "
 BAND = "dehyst band: "
 FAMILIES = "dehyst compare: "
+LOOPS = "dehyst loops: "
 MUSCLE = '"format": "dehyst-muscle"'
 MUSCLES = "dehyst muscle: "
 RIGS = "dehyst rig: "
@@ -32,12 +33,13 @@ OTHERS = {
     EXCITATION: "no picture of dehyst design",
     BAND: "no picture of an unknown memory",
     FAMILIES: "no picture of dehyst compare",
+    LOOPS: "no picture of dehyst loops",
     MUSCLE: "no muscle of dehyst",
     MUSCLES: "no picture of dehyst muscle",
     RIGS: "no picture of dehyst rig",
     REPRODUCTION: "no result of dehyst reproduce",
 }
-PICTURES = (EXCITATION, FAMILIES, MUSCLES, RIGS)
+PICTURES = (EXCITATION, FAMILIES, LOOPS, MUSCLES, RIGS)
 MARKED = 2000  # characters at the beginning of a file, in which the mark stands
 
 

@@ -204,6 +204,20 @@ class InspectRequest:
 
 
 @dataclass(frozen=True, eq=False)
+class LoopsRequest(LogsRequest):
+    """Measure every loop of a log: width, opening, loss or area, coercivity, remanence, slopes, change by cycle."""
+
+    logs: tuple[Path, ...] = argument("One log file or several of one actuator.", metavar="log")
+    symmetric: bool = option(
+        "Complete half a loop, where there is no whole one, by odd symmetry about its centre.",
+        False,
+    )
+    out: Path | None = option("Picture of where each number is measured, .svg or .png, or .html.")
+    overwrite: bool = option(default=False)
+    json: bool = option(default=False)
+
+
+@dataclass(frozen=True, eq=False)
 class ExampleRequest:
     """Write an example log: a simulated joint with Maxwell slip and creep."""
 

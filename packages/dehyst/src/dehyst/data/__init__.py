@@ -6,6 +6,10 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from dehyst.data._clipping import about_clipping as about_clipping
     from dehyst.data._clipping import rests as rests
+    from dehyst.data._loop_figures import loops_of as loops_of
+    from dehyst.data._loop_figures import measure_loops as measure_loops
+    from dehyst.data._loop_numbers import Loops as Loops
+    from dehyst.data._loop_numbers import MeasuredLoop as MeasuredLoop
     from dehyst.data._loops import gap_limit as gap_limit
     from dehyst.data._loops import is_even as is_even
     from dehyst.data._loops import memory_lost as memory_lost
@@ -30,6 +34,8 @@ __getattr__, __dir__, __all__ = lazy_names(
     "dehyst.data",
     {
         "_clipping": "about_clipping rests",
+        "_loop_figures": "loops_of measure_loops",
+        "_loop_numbers": "Loops MeasuredLoop",
         "_loops": "gap_limit is_even memory_lost summarise_loops taken_back turning_points",
         "_outliers": "bridged find_outliers",
         "_plotted": "Plotted",

@@ -143,6 +143,49 @@ class DataPolicy:
     # Pairs of samples further apart in time than so many times the usual lie beside a gap. [factor]
     speed_gap: float = 3.0
 
+    # A swing and the one back make a loop if they differ by no more than this share of them: no two cycles are quite
+    # alike.
+    cycle_alike: float = 0.05
+    # What no closed loop explains, such as the swings of a motion that dies away, makes a loop that does not close if
+    # the smaller swing is this share of the larger one: a first rise from rest to a cycle is half of it.
+    cycle_whole: float = 0.75
+    # The numbers of the largest loops are means over those that are this share of the largest one.
+    loops_large: float = 0.9
+    # Intervals are those of the scatter from so many loops on; with fewer the noise of the samples makes them. [loops]
+    fewest_scatter: int = 3
+    # A change from cycle to cycle is a line through so many loops at least. [loops]
+    fewest_trend: int = 4
+    # Loops are of one depth if it scatters by no more than this share of it; else the line stands beside it, ...
+    one_depth: float = 0.001
+    # ... and is drawn only if depths leave this share of the squares of time: sizes that grow evenly look like time.
+    own_place: float = 0.1
+    # The gain is told where the output differs between the turns by this share of its range in the loop.
+    rises_by: float = 0.5
+    # A branch is read at a place by a parabola through what lies within this share of its range on either side ...
+    reading_reach: float = 0.025
+    # ... if there are so many samples; else between the two beside it. [samples]
+    reading_samples: int = 6
+    # The parabola takes the nearest samples, as many as it takes for this standard error, as a share of the range.
+    reading_error: float = 0.0002
+    # The slope at a turn is that of a line over this share of the way.
+    turn_reach: float = 0.1
+    # A loop closes if its begin and its end lie no further apart than this share of the output's range, ...
+    loop_closed: float = 0.02
+    # ... or than so many standard errors that the noise makes. [standard errors]
+    closed_errors: float = 3.0
+    # An output that jumps where the input turns, within this share of the way, closes within that jump.
+    at_turn: float = 0.01
+    # A loop whose branches are closer than this share of the output's range, in the mean, has no direction.
+    loop_narrow: float = 0.01
+    # It crosses itself if the smaller part of its area is at least this share of the larger one.
+    loop_mixed: float = 0.25
+    # Coercivity and remanence are measured about zero if that lies so far inside the range; else about its middle.
+    zero_inside: float = 0.25
+    # Of more loops so many, spread over the log, are measured. [loops]
+    most_loops: int = 1000
+    # Where only the numbers of the largest loops are wanted, so many of these are enough for a mean. [loops]
+    most_largest: int = 50
+
     # The input of a choice moves once it has left a band around its last place: noise at rest is no way. [half ranges]
     still_band: float = 0.004
     # All rests together have this share of the weight of a choice at most, however long they are.

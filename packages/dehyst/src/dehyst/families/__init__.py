@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from dehyst.families._lateness import ChosenRow as ChosenRow
     from dehyst.families._lateness import Lateness as Lateness
     from dehyst.families._lateness import best_row_and_delay as best_row_and_delay
+    from dehyst.families._loop_work import dead_band as dead_band
     from dehyst.families._registry import MODULES as MODULES
     from dehyst.families._registry import ROW_NAMES as ROW_NAMES
     from dehyst.families._registry import Family as Family
@@ -41,6 +42,7 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_element_machine": "ElementBlockParameters",
         "_inversion": "first_input",
         "_lateness": "ChosenRow Lateness best_row_and_delay",
+        "_loop_work": "dead_band",
         "_registry": "Family MODULES ROW_NAMES example family is_family names title_of",
         "_table": "ROWS",
         "_training": "Stretch Training steps_of",

@@ -1,10 +1,16 @@
-"""Area of a closed loop of a model; its sign tells whether the output leads or lags."""
+"""Closed loops of a model: their area, whose sign tells whether the output leads or lags, and their dead band."""
 
 from __future__ import annotations
 
+import itertools
+from dataclasses import dataclass
+
 import numpy as np
 
+from dehyst.families._policy import POLICY
 from dehyst.models import Model
+
+BEHIND_RISE, BEHIND_FALL = 5, 9  # ways of the motion of `dead_band` behind its turns in the middle
 
 
 def work(
@@ -31,3 +37,70 @@ def work(
     last = slice(4 * samples, None)
     area = float(np.sum(0.5 * (y[last][1:] + y[last][:-1]) * np.diff(x[last])))
     return area, float((high - low) * np.ptp(y[last]))
+
+
+@dataclass(frozen=True, slots=True)
+class DeadBand:
+    """How far the input of a model moves behind a turn before the output does.
+
+    Attributes
+    ----------
+    width
+        [input]
+    percent
+        Of the input's range.
+    """
+
+    width: float
+    percent: float
+
+
+def dead_band(model: Model, seconds: float = 10.0, samples: int = 1000) -> DeadBand | None:
+    r"""Return the dead band of a model, or None if it has none.
+
+    Behind a turn plays answer one after the other: after a way v the slope is the sum of the weights of those with
+    :math:`2 r_i \le v`. The dead band is the way until the slope first reaches a tenth of its mean over the range. It
+    is measured behind turns in the middle of the range, where no output is saturated, from below and from above; the
+    shorter way counts. So it is one for models of every kind.
+
+    Parameters
+    ----------
+    model
+        Its card names the range of the input.
+    seconds, samples
+        Of half a way through the range; the band is exact to one part in so many of half the range.
+
+    Returns
+    -------
+    band
+        None where the band is less than 1 % of the input's range, the model needs other signals too, or has no range.
+
+    Examples
+    --------
+    >>> from dehyst import PrandtlIshlinskii
+    >>> from dehyst.models import ModelCard, SignalCard
+    >>> valve = PrandtlIshlinskii([0.5, 2.0], [1.0, 1.0])  # no play without width: nothing moves within 2 (0.5)
+    >>> card = ModelCard(SignalCard("pressure", "bar", 0.0, 10.0), SignalCard("travel", "mm", 0.0, 20.0))
+    >>> dead_band(valve.with_card(card))
+    DeadBand(width=1.0, percent=10.0)
+    """
+    low, high = model.card.input.low, model.card.input.high
+    if low is None or high is None or not high > low or model.needs:
+        return None
+    middle = 0.5 * (low + high)
+    tips = (low, middle, high, middle, low, middle, low, middle, high, middle, high)
+    ways = [np.linspace(a, b, samples, endpoint=False) for a, b in itertools.pairwise(tips)]
+    x = np.append(np.concatenate(ways), high)
+    y = model.simulate(x, np.arange(x.size) * seconds / samples)
+    steps = np.abs(np.diff(y)).reshape(-1, samples)
+    least = POLICY.dead_slope * float(np.ptp(y)) / (2 * samples)
+    if not least > 0.0:
+        return None
+    # The first step that moves the output, behind the turn from below and behind that from above.
+    moves = steps[[BEHIND_RISE, BEHIND_FALL]] >= least
+    if not moves.any(axis=1).all():
+        return None
+    share = 0.5 * int(np.min(np.argmax(moves, axis=1))) / samples
+    if share < POLICY.dead_least:
+        return None
+    return DeadBand(round((high - low) * share, 12), 100.0 * share)

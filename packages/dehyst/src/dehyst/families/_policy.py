@@ -36,6 +36,11 @@ class FamilyPolicy:
     # An inverse with a lower gain may cost so much of the accuracy. [times the error of the fit]
     affordable_gain: float = 1.03
 
+    # Behind a turn the output stands still as long as its slope is less than this share of that of the loop ...
+    dead_slope: float = 0.1
+    # ... and that is a dead band from this share of the input's range on.
+    dead_least: float = 0.01
+
     # Sums are fitted to shifted signals only if the first shift promises to remove this share of the squared error.
     promised_error: float = 0.1
     # An output counts as late when the shift brings the error down to this share ...

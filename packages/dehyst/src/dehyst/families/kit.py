@@ -6,6 +6,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from dehyst.families._elements import KINDS as KINDS
     from dehyst.families._elements import LAGS as LAGS
+    from dehyst.families._loop_work import DeadBand as DeadBand
     from dehyst.families._loop_work import work as work
     from dehyst.families._policy import POLICY as POLICY
     from dehyst.families._registry import BEST as BEST
@@ -17,7 +18,7 @@ __getattr__, __dir__, __all__ = lazy_names(
     "dehyst.families.kit",
     {
         "_elements": "KINDS LAGS",
-        "_loop_work": "work",
+        "_loop_work": "DeadBand work",
         "_policy": "POLICY",
         "_registry": "BEST TITLES",
         "_rows": "row_within turns_of",

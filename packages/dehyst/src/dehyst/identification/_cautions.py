@@ -80,7 +80,7 @@ def about_data(
             cure = ""
         yield Finding(
             "clockwise",
-            f"the loop runs clockwise ({loop.width_percent:.0f} % of the output's range wide): the output leads the "
+            f"the loop runs clockwise (opening {loop.width_percent:.2g} % of the output's range): the output leads the "
             f"input, as force against displacement does. A Prandtl-Ishlinskii model with non-negative weights lags and "
             f"cannot show it; the stop form can. If this is an actuator's response, check that input and output are "
             f"not swapped.{cure}",
@@ -328,8 +328,8 @@ def _recordings_differ(
         least = min(compared, key=lambda condition: condition.width)
         most = max(compared, key=lambda condition: condition.width)
         differences.append(
-            f"the loop is {most.width_percent:.2g} % of range wide in {most.name} and {least.width_percent:.2g} % in "
-            f"{least.name}"
+            f"the branches of the loop are {most.width_percent:.2g} % of range apart in {most.name} and "
+            f"{least.width_percent:.2g} % in {least.name}, in the mean over the input that they share"
         )
     if not differences:
         return
@@ -525,8 +525,8 @@ def no_hysteresis(
         )
     elif loop.has_loop:
         why = (
-            f"a loop is there, {loop.width_percent:.0f} % of range wide, but no model foretells the parts of it that "
-            f"were left out, so the model is the curve: too little of the loop repeats, or it is of another kind. "
+            f"a loop is there, opening {loop.width_percent:.2g} % of range, but no model foretells the parts of it "
+            f"that were left out, so the model is the curve: too little of the loop repeats, or it is of another kind. "
             f"{log_more[0].upper()}{log_more[1:]}, see what other families do (dehyst compare)"
         )
     else:

@@ -11,8 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array, Mask
-from dehyst.data import Plotted, Recording
-from dehyst.errors import ParameterError
+from dehyst.data import Loops, Plotted, Recording
+from dehyst.errors import DehystError, ParameterError
+from dehyst.families import dead_band
+from dehyst.families.kit import DeadBand
 from dehyst.findings import Finding, Grade
 from dehyst.identification._evidence import CREEP, LEAST, RATE, Evidence
 from dehyst.identification._facts import Motion
@@ -240,7 +242,8 @@ class LoopFacts:
     trend
         +1 if the output rises with the input, -1 if it falls.
     width_percent
-        Distance of the two branches of the largest loops where they lie farthest apart, percent of the output's range.
+        Largest opening: distance of the two branches of the largest loops where they lie farthest apart, percent of the
+        output's range.
     loops
         Input cycles over the training part, two swings each.
     turns
@@ -251,6 +254,9 @@ class LoopFacts:
         Sizes and speeds of the loops over the training part, and whether the input rests.
     evidence
         Of rate and creep; empty without time stamps, or with less than 200 samples that have them.
+    numbers
+        Width, area, coercivity and others of the largest loops, as `dehyst.data.measure_loops` returns them; None if
+        no loop is closed.
     """
 
     orientation: str
@@ -261,6 +267,7 @@ class LoopFacts:
     drift_percent: float
     motion: Motion = field(default_factory=Motion)
     evidence: tuple[Evidence, ...] = ()
+    numbers: Loops | None = field(default=None, repr=False, compare=False)
 
     @property
     def has_loop(self) -> bool:
@@ -270,10 +277,14 @@ class LoopFacts:
     @property
     def loop_words(self) -> str:
         """The loop in a few words."""
-        wide = f"{self.width_percent:.2g} %"
+        opening = f"{self.width_percent:.2g} % of range"
         if self.orientation == "none":
-            return f"no loop (branches at most {wide} of range apart)"
-        return f"loop {self.orientation}, {wide} wide"
+            return f"no loop (branches at most {opening} apart)"
+        mirrored = ""
+        # Drawn as it was logged it runs the other way round, as `dehyst loops` says.
+        if self.trend < 0:
+            mirrored = " with the falling output mirrored"
+        return f"loop {self.orientation}{mirrored}, opening {opening}"
 
     @property
     def rate_dependence_percent(self) -> float | None:
@@ -537,6 +548,15 @@ class Fit(Plotted):
             f"{self.test.rmse_percent:.3g} %. It was not taken: {reason}. To take it: --family {best.family}."
         )
 
+    @cached_property
+    def dead_band(self) -> DeadBand | None:
+        """How far the input moves behind a turn before the model's output does; None if it has no dead band."""
+        try:
+            return dead_band(self.model)
+        # A model that cannot be run over its whole range has none that could be told.
+        except DehystError:
+            return None
+
     @property
     def input_error(self) -> InputError:
         """Error of the input that the inverse asks for, over held-out samples if there are any."""
@@ -709,7 +729,9 @@ class Fit(Plotted):
                 "orientation": self.facts.orientation,
                 "width_percent": self.facts.width_percent,
                 "loops": self.facts.loops,
+                "numbers": self.facts.numbers and self.facts.numbers.summary,
             },
+            "dead_band": self.dead_band and asdict(self.dead_band),
             "dead_time_s": self.model.dead_time,
             "residual": self.residual.as_dict(),
             "input_error": {

@@ -8,7 +8,7 @@ from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
 from dehyst.arrays import rank
-from dehyst.data import range_over
+from dehyst.data import Loops, range_over
 from dehyst.findings import Finding, Grade
 from dehyst.identification import _facts as facts
 from dehyst.identification._candidate import Outcome
@@ -49,12 +49,13 @@ def _examine(
     loop_facts = LoopFacts(
         orientation=seen.loop.name,
         trend=data.trend,
-        width_percent=100.0 * seen.loop.width,
+        width_percent=seen.opening_percent,
         loops=loops,
         turns=turns,
         drift_percent=-100.0 * change / data.output_range,
         motion=seen.motion,
         evidence=measured.evidence,
+        numbers=seen.numbers,
     )
     span = range_over(inputs_of(measured.recordings))
     judged = list(about_data(data, loop_facts, abs(change), doubt, knows, span))
@@ -178,16 +179,24 @@ def reasons_of(judged: Score, held_out: bool, serious: list[str]) -> str:
 
 
 class Seen(NamedTuple):
-    """What the fitted part shows: orientation, loops and turning points, motion of the input."""
+    """What the fitted part shows: orientation, loops and turning points, motion of the input; numbers of all loops."""
 
     loop: facts.Orientation
     counts: tuple[int, int]
     motion: facts.Motion
+    numbers: Loops | None
+
+    @property
+    def opening_percent(self) -> float:
+        """Of the largest loops; without a closed one, of branches that rise and fall."""
+        if self.numbers is None:
+            return 100.0 * self.loop.width
+        return self.numbers.estimates["opening_percent"].value
 
 
-def seen_in(pieces: tuple[facts.Branches, ...]) -> Seen:
+def seen_in(pieces: tuple[facts.Branches, ...], numbers: Loops | None) -> Seen:
     """Say what the branches of the fitted part show."""
-    return Seen(facts.orientation(pieces), facts.count_loops(pieces), facts.motion(pieces))
+    return Seen(facts.orientation(pieces), facts.count_loops(pieces), facts.motion(pieces), numbers)
 
 
 def judge(data: DataSet, seen: Seen, outcome: Outcome) -> Fit:

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from dehyst.arrays import Array
-from dehyst.data import Recording
+from dehyst.data import Recording, loops_of
 from dehyst.families import Training
 from dehyst.identification import _facts as facts
 from dehyst.identification._candidate import Candidate
@@ -66,8 +66,8 @@ class Prepared:
 
     @cached_property
     def seen(self) -> Seen:
-        """What the fitted part shows."""
-        return seen_in(self.branches)
+        """What the fitted part shows, and the numbers of the largest loops of the whole log."""
+        return seen_in(self.branches, loops_of(self.records, largest_only=True))
 
     def curve(self, initial_state: str = "zero") -> StaticCurve:
         """Return the best curve without hysteresis; of all states before the log only an unknown one changes it."""

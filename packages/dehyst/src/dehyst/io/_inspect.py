@@ -9,14 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array
-from dehyst.data import gap_limit, turning_points
+from dehyst.data import Loops, Recording, gap_limit, loops_of, turning_points
 from dehyst.errors import DehystError, TimeError
 from dehyst.findings import Finding
 from dehyst.io._checks import is_constant
@@ -132,6 +133,9 @@ class LogSummary:
         What reading found, and what reading this input and output would find and cure.
     doubt
         Which other pairs are as likely, in a sentence; "" for none.
+    numbers
+        Width, area, coercivity and others of the largest loops of that input and output, as `dehyst.data.measure_loops`
+        measures them; None if no loop is closed.
     """
 
     name: str
@@ -146,6 +150,12 @@ class LogSummary:
     command: str
     findings: tuple[Finding, ...]
     doubt: str = ""
+    numbers: Loops | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return everything as plain values, the content of ``dehyst inspect --json``."""
+        numbers = self.numbers and self.numbers.summary
+        return asdict(replace(self, numbers=None)) | {"numbers": numbers}
 
 
 def inspect_log(
@@ -215,12 +225,16 @@ def inspect_log(
         turns[name] = max(0, turning_points(values[name]).size - 2)
     clocks = clock_names(table)
     proposal = propose(table, values, paired, turns, clocks)
-    proposal, findings, readable = _readable(table, proposal, chosen)
+    proposal, readable = _readable(table, proposal, chosen)
+    findings = readable.findings
     x = y = None
     if proposal.pairs:
         x, y = proposal.pairs[0][:2]
     next_command = ""
-    if readable:
+    numbers = None
+    if readable.record is not None:
+        numbers = loops_of([readable.record], largest_only=True)
+    if readable.can_be_read:
         run_named = chosen if len(runs) > 1 else None
         next_command = _command(path, x, y, run_named, (time_unit, dt), sheet, findings)
     roles = proposal.roles
@@ -241,28 +255,33 @@ def inspect_log(
         command=next_command,
         findings=findings,
         doubt=proposal.doubt,
+        numbers=numbers,
     )
 
 
-def _readable(
-    table: LogTable, proposal: Proposal, run: str | None
-) -> tuple[Proposal, tuple[Finding, ...], bool]:
-    """Return the proposal led by its best pair that can be read, what reading finds, and whether there is one."""
+class _Reading(NamedTuple):
+    """What reading a pair of columns finds, whether it can be read, and what is read."""
+
+    findings: tuple[Finding, ...]
+    can_be_read: bool
+    record: Recording | None = None
+
+
+def _readable(table: LogTable, proposal: Proposal, run: str | None) -> tuple[Proposal, _Reading]:
+    """Return the proposal led by its best pair that can be read, and what reading it finds."""
     tried = []
     for pair in proposal.pairs[:TRIED]:
-        findings, readable = _findings(table, pair.input, pair.output, run)
-        if readable:
-            return proposal.led_by(pair), findings, True
-        tried.append(findings)
+        reading = _read(table, pair.input, pair.output, run)
+        if reading.can_be_read:
+            return proposal.led_by(pair), reading
+        tried.append(reading)
     if not tried:
-        return proposal, *_findings(table, None, None, run)
-    return proposal, tried[0], False
+        return proposal, _read(table, None, None, run)
+    return proposal, tried[0]
 
 
-def _findings(
-    table: LogTable, x: str | None, y: str | None, run: str | None
-) -> tuple[tuple[Finding, ...], bool]:
-    """What reading the guessed pair would find, and whether it can be read; without a pair, of the clock."""
+def _read(table: LogTable, x: str | None, y: str | None, run: str | None) -> _Reading:
+    """Read the guessed pair; without a pair, judge the clock."""
     findings = list(table.findings)
     for name, reason in table.refused.items():
         if name not in (x, y):
@@ -270,14 +289,22 @@ def _findings(
     if x is None or y is None:
         for name in clock_names(table)[:1]:
             findings += unit_finding(table, name, seconds(table, name)[0])
-        return tuple(findings), True
+        return _Reading(tuple(findings), True)
     try:
-        read_pair(table, context(table, (x, y), findings), None, run, WHOLE)
+        samples, _, _ = read_pair(table, context(table, (x, y), findings), None, run, WHOLE)
+        record = Recording(
+            samples.values[0],
+            samples.values[1],
+            samples.time,
+            input_unit=table.label(x)[1],
+            output_unit=table.label(y)[1],
+            breaks=samples.breaks,
+        )
     except DehystError as fault:
         # Cures on the way to an error cure nothing.
         refused = Finding("not-readable", f"reading '{x}' and '{y}' would end in an error: {fault}")
-        return (*table.findings, refused), False
-    return tuple(findings), True
+        return _Reading((*table.findings, refused), False)
+    return _Reading(tuple(findings), True, record)
 
 
 def _summarise(

@@ -28,7 +28,7 @@ import numpy.typing as npt
 from dehyst.arrays import Array
 from dehyst.data import turning_points
 from dehyst.identification import known_from
-from dehyst.monitoring._student import place_of_tail, tail
+from dehyst.student import place_of_tail, quantile, tail
 
 # A swing begins or ends a cycle when it exceeds this share of the range; smaller ones are tried while the cycles are
 # fewer than enough: small loops inside a large one belong to it.
@@ -170,17 +170,6 @@ class Contrast:
         return tolerance + self.error * (
             quantile(1.0 - level, self.freedom) + place_of_tail(0.1, self.freedom)
         )
-
-
-def quantile(confidence: float, freedom: int) -> float:
-    """Two-sided quantile of Student's distribution.
-
-    Examples
-    --------
-    >>> round(quantile(0.95, 7), 3)
-    2.365
-    """
-    return place_of_tail(0.5 * (1.0 - confidence), freedom)
 
 
 def rms(values: Array) -> float:

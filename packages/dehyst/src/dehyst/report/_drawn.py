@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from html import escape
 from typing import Any
 
-from dehyst.data import Recording
+from dehyst.data import Loops, Recording
 from dehyst.errors import ParameterError
 from dehyst.identification import Comparison, Fit
 from dehyst.monitoring import Drift
@@ -15,6 +15,7 @@ from dehyst.report._compare import comparison_figures
 from dehyst.report._drawing import PanelLine, break_times, chart, time_of
 from dehyst.report._drift import drift_figures
 from dehyst.report._figures.loops import loop_figure
+from dehyst.report._loops import loops_figure
 from dehyst.report._parts import Axes, PageFigure, Panel
 from dehyst.report._svg import panel_svg
 from dehyst.report._text import short
@@ -47,6 +48,7 @@ def _recording(rec: Recording) -> PageFigure:
 # What shows each kind of object; the first panel is the one that `plot` draws. Others offer `_figure()`.
 FIGURES: Mapping[type, Callable[[Any], PageFigure]] = {
     Recording: _recording,
+    Loops: loops_figure,
     Fit: loop_figure,
     Comparison: lambda comparison: comparison_figures(comparison)[0],
     Drift: lambda drift: drift_figures(drift)[0],
@@ -68,8 +70,8 @@ def figure_of(thing: object) -> PageFigure:
     )
     if draw is None:
         raise ParameterError(
-            f"a {type(thing).__name__} has no picture. What can be drawn: a Recording, the Fit of identify, a "
-            f"Comparison, a Drift and the run of a trial."
+            f"a {type(thing).__name__} has no picture. What can be drawn: a Recording, its Loops, the Fit of "
+            f"identify, a Comparison, a Drift and the run of a trial."
         )
     return draw(thing)
 
@@ -80,7 +82,7 @@ def plot(thing: object, ax: Axes = None) -> Axes:
     Parameters
     ----------
     thing
-        A `Recording`, the `Fit` of identify, a `Comparison`, a `Drift` or the run of a trial.
+        A `Recording`, its `Loops`, the `Fit` of identify, a `Comparison`, a `Drift` or the run of a trial.
     ax
         Matplotlib axes to draw into; None: a new figure.
 

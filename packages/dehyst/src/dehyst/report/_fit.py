@@ -154,7 +154,7 @@ def tiles(fit: Fit) -> tuple[Tile, ...]:
             fit.size or "a curve without memory",
         ),
         Tile(
-            "Loop width",
+            "Loop opening",
             number(fit.facts.width_percent, 2),
             "%",
             "of the output's range, at its widest",

@@ -165,11 +165,29 @@ def _facts(fit: Fit) -> PageTable:
             ("Direction of the loops", f.orientation),
             ("Trend", trend),
             ("Complete loops", str(f.loops)),
-            ("Width of the loop at its widest", f"{number(f.width_percent, 2)} % of range"),
+            ("Opening of the loop at its widest", f"{number(f.width_percent, 2)} % of range"),
+            *_numbers_of(fit),
             ("Rate dependence", rate),
             ("Drift from the first to the last loop", f"{number(f.drift_percent)} % of range"),
         ),
     )
+
+
+def _numbers_of(fit: Fit) -> list[tuple[str, str]]:
+    """Width, loss, coercivity and others of the largest loops, and the dead band of the model."""
+    rows = []
+    measured = fit.facts.numbers
+    if measured is not None:
+        for label, number_words, where in measured.rows:
+            if label != "opening":
+                rows.append((f"{label.capitalize()}: {where}", number_words.replace("+-", "±")))
+        rows.append(("Intervals of these numbers (95 %)", measured.basis))
+    if fit.dead_band is not None:
+        unit = fit.recordings[0].input_unit
+        width = with_unit(fit.dead_band.width, unit)
+        share = f"{number(fit.dead_band.percent, 2)} % of the input's range"
+        rows.append(("Dead band of the model behind a turn", f"{width}, {share}"))
+    return rows
 
 
 def _settings(fit: Fit) -> PageTable:

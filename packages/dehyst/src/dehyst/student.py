@@ -57,6 +57,17 @@ def place_of_tail(share: float, freedom: int) -> float:
     return t
 
 
+def quantile(confidence: float, freedom: int) -> float:
+    """Two-sided quantile of Student's distribution.
+
+    Examples
+    --------
+    >>> round(quantile(0.95, 7), 3)
+    2.365
+    """
+    return place_of_tail(0.5 * (1.0 - confidence), freedom)
+
+
 def _incomplete_beta(x: float, complement: float, a: float) -> float:
     """Regularised incomplete beta function I_x(a, 1/2); x + complement = 1, each with all its digits."""
     b = 0.5
