@@ -371,3 +371,18 @@ def test_no_number_of_the_table_is_cut_for_a_long_family():
     console.print(table(_heads(len(row[0])), [row]))
     shown = console.export_text()
     assert all(number in shown for number in row[2:]) and row[0] in shown and "clipped %" in shown
+
+
+def test_the_first_tenth_of_a_log_tells_its_past():
+    """A log that begins after a large stroke, of which it shows nothing, and never leaves the middle of the range."""
+    past, small = np.linspace(-2.0, 2.0, 50), 0.4 * np.sin(np.linspace(0.0, 12.0, 600))
+    come = np.concatenate([past, np.linspace(2.0, 0.0, 30)[1:]])
+    whole = PLAYS.simulate(np.concatenate([come, small]))
+    later = log(small, whole[come.size :], time=None)
+    as_saved = dehyst.evaluate(PLAYS, later)["pi"]
+    known = dehyst.evaluate(PLAYS, later, start="known")["pi"]
+    assert known.output.rmse_percent < 0.01 and known.input.rms_percent < 0.01
+    assert as_saved.output.rmse_percent > 1.0
+    assert "--start known" in " ".join(finding.message for finding in as_saved.findings)
+    with pytest.raises(ParameterError, match="known"):
+        dehyst.evaluate(PLAYS, later, start="guessed")

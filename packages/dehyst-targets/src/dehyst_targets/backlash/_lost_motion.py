@@ -10,8 +10,8 @@ import numpy as np
 from dehyst.arrays import Array
 from dehyst.errors import RecordingError
 from dehyst.findings import Finding
-from dehyst.monitoring import kit as monitoring_kit
 from dehyst.shell import command
+from dehyst.student import place_of_tail
 from dehyst_targets.backlash._policy import POLICY
 from dehyst_targets.backlash._readings import AxisReadings
 
@@ -218,9 +218,7 @@ def _without_outliers(readings: AxisReadings) -> tuple[AxisReadings, list[Findin
         share = _deviation(readings)
         share[doubtful] = 0.0
         worst = int(np.argmax(np.abs(share)))
-        limit = monitoring_kit.place_of_tail(
-            0.5 * POLICY.chance / readings.size, readings.freedom - 1
-        )
+        limit = place_of_tail(0.5 * POLICY.chance / readings.size, readings.freedom - 1)
         if abs(share[worst]) <= limit:
             break
         group = readings.group == readings.group[worst]
@@ -273,9 +271,9 @@ def _evaluated(readings: AxisReadings) -> LostMotion:
     offset = float(middle[reference])
     pitch = np.delete(middle - offset, reference)
     pitch_deviation = 0.5 * np.sqrt(np.delete(variance, reference) + variance[reference])
-    interval = monitoring_kit.place_of_tail(0.5 * POLICY.outside, freedom)
-    mean_limit = monitoring_kit.place_of_tail(0.5 * POLICY.chance, freedom)
-    point_limit = monitoring_kit.place_of_tail(0.5 * POLICY.chance / nominal.size, freedom)
+    interval = place_of_tail(0.5 * POLICY.outside, freedom)
+    mean_limit = place_of_tail(0.5 * POLICY.chance, freedom)
+    point_limit = place_of_tail(0.5 * POLICY.chance / nominal.size, freedom)
     is_mean_significant = bool(abs(lost.mean()) > mean_limit * mean_deviation)
     return LostMotion(
         nominal=nominal,
@@ -347,7 +345,7 @@ def _drift(readings: AxisReadings) -> list[Finding]:
     slope = float(np.sum(order * readings.residual)) / square
     rest = float(np.sum((readings.residual - slope * order) ** 2)) / freedom
     deviation = math.sqrt(max(rest, readings.rounding**2) / square)
-    if abs(slope) <= monitoring_kit.place_of_tail(0.5 * POLICY.chance, freedom) * deviation:
+    if abs(slope) <= place_of_tail(0.5 * POLICY.chance, freedom) * deviation:
         return []
     message = (
         f"repeated readings move by {slope * (readings.size - 1):+.3g} {readings.unit} from the first to the last, "
@@ -386,7 +384,7 @@ def _shape(lost: LostMotion) -> list[Finding]:
         findings.append(Finding("backlash-scale", message))
     line = slope * lost.nominal + level
     step = np.diff(lost.nominal)
-    noise = monitoring_kit.place_of_tail(0.5 * POLICY.chance / step.size, lost.freedom)
+    noise = place_of_tail(0.5 * POLICY.chance / step.size, lost.freedom)
     # One slip among readings of one repeat is in the spread, but hardly in the median.
     away = np.abs(lost.lost_motion - np.median(lost.lost_motion))
     noise *= min(math.sqrt(2.0) * lost.spread, 1.4826 * float(np.median(away)))
@@ -416,7 +414,7 @@ def _amplitude(readings: AxisReadings, shorter: float, lost: LostMotion) -> list
     difference = float(np.mean(after_short.lost_motion[here] - lost.lost_motion[there]))
     variance = np.sum(1.0 / after_short.counts[:, here] + 1.0 / lost.counts[:, there])
     deviation = lost.spread * math.sqrt(float(variance)) / here.size
-    limit = monitoring_kit.place_of_tail(0.5 * POLICY.chance, lost.freedom)
+    limit = place_of_tail(0.5 * POLICY.chance, lost.freedom)
     if abs(difference) <= limit * deviation:
         return []
     message = (

@@ -360,7 +360,7 @@ class EvaluateRequest(LogsRequest):
     output: str | None = option(OUTPUT)
     models: tuple[Path, ...] = argument("Model files, of any family.", metavar="MODEL...")
     log: Path = argument("Log that they were not identified from, such as one of use.")
-    begin: str | None = option(BEGIN, flag="--start", metavar=PASTS)
+    begin: str | None = option(BEGIN, flag="--start", metavar=f"{PASTS}|known")
     follow_offset: float | None = option(
         "Score with an offset that follows the last cycle, within this share of the output's range.",
         metavar="LIMIT",

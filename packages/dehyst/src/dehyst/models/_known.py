@@ -25,6 +25,12 @@ M = TypeVar("M", bound=Model)
 TURNS = 9  # turning points that are tried on either side of the first input
 STROKE = 24  # samples of a stroke before the first sample
 REFINED = 4  # of the best pasts
+MOST_TURNS = 8  # of a past
+WITHIN = (
+    0.15,
+    0.4,
+    0.7,
+)  # where a further turn is tried, between the last sample and the turn before the last
 STEPS = 12  # of Gauss-Newton
 ROUNDING = 1e-10  # of the range of the output
 NEAR = 1e-6  # of half the range: the step of a difference quotient
@@ -37,8 +43,8 @@ class KnownPast(Generic[M]):
 
     Attributes
     ----------
-    model
-        Begun with the memory behind the last sample.
+    model, before
+        Begun with the memory behind the last sample, and with that before the first one.
     error
         Of its answer over these samples, rms; not a number if only the input was known. [output]
     doubt
@@ -48,6 +54,7 @@ class KnownPast(Generic[M]):
     """
 
     model: M
+    before: M
     error: float
     doubt: float
     turns: tuple[float, ...] = ()
@@ -153,15 +160,16 @@ def known_past(
     window = _checked(model, x, y, time, signals or {})
     if y is None:
         time_stamps, given = window.before(0)
-        return KnownPast(_moved(model, window.x, time_stamps, given), float("nan"), 0.0)
+        return KnownPast(_moved(model, window.x, time_stamps, given), model, float("nan"), 0.0)
     tried: list[tuple[float, int, Array]] = []
     for turns in _pasts(window):
         tried.append((window.error(turns), turns.size, turns))
     tried.sort(key=lambda past: past[:2])
     height = _height(model)
     refined = []
-    for error, size, turns in tried[:REFINED]:
-        refined.append((*_refined(window, turns, error), size))
+    for error, _, turns in tried[:REFINED]:
+        error, turns = _longer(window, *_refined(window, turns, error))
+        refined.append((error, turns, turns.size))
     least = min(past[0] for past in refined)
     # Of pasts that explain the samples alike, the one with the fewest turns.
     alike = POLICY.past_alike * least + ROUNDING * height
@@ -177,7 +185,8 @@ def known_past(
     begun = _begun(window, turns)
     limit = POLICY.past_doubt * error + POLICY.past_open * height
     others = [past[2] for past in tried if past[0] <= limit]
-    return KnownPast(begun, error, _doubt(window, begun, others), tuple(turns.tolist()))
+    doubt = _doubt(window, begun, others)
+    return KnownPast(begun, _led(window, turns), error, doubt, tuple(turns.tolist()))
 
 
 def _checked(
@@ -272,11 +281,39 @@ def _refined(window: _Window[M], turns: Array, error: float) -> tuple[float, Arr
     return error, turns
 
 
+def _longer(window: _Window[M], error: float, turns: Array) -> tuple[float, Array]:
+    """Return error and turns of a past with more turns within its last stroke, as long as each clearly helps."""
+    while 1 < turns.size < MOST_TURNS:
+        last = float(window.x[0])
+        candidates = []
+        for share in WITHIN:
+            # The stroke before the last one bounds what a further turn can be.
+            turn = last + share * (turns[-2] - last)
+            longer = np.append(turns, turn)
+            candidates.append((window.error(longer), longer))
+        best_error, longer = min(candidates, key=lambda past: past[0])
+        best_error, longer = _refined(window, longer, best_error)
+        if not best_error < POLICY.past_further_turn * error:
+            break
+        error, turns = best_error, longer
+    return error, turns
+
+
 def _begun(window: _Window[M], turns: Array) -> M:
     """Return the model with the memory behind the last known sample."""
     model, x = window.led(turns)
     time, signals = window.before(x.size - window.x.size)
     return _moved(model, x, time, signals)
+
+
+def _led(window: _Window[M], turns: Array) -> M:
+    """Return the model with the memory before the first known sample."""
+    model, x = window.led(turns)
+    size = x.size - window.x.size
+    time, signals = window.before(size)
+    early = slice(0, size)
+    given = {name: values[early] for name, values in signals.items()}
+    return _moved(model, x[early], None if time is None else time[early], given)
 
 
 def _moved(model: M, x: Array, time: Array | None, signals: Mapping[str, Array]) -> M:

@@ -37,6 +37,8 @@ class ModelPolicy:
     past_beyond: float = 0.1
     # Pasts whose errors differ by less than this share explain the samples alike; the one with the fewest turns counts.
     past_alike: float = 0.02
+    # A past has one turn more where that brings the error below this share.
+    past_further_turn: float = 0.7
     # All pasts are possible that err up to so many times as much as the best one, ... [factor]
     past_doubt: float = 1.5
     # ... and by this share of the output's range more.

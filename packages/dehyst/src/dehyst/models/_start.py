@@ -11,6 +11,8 @@ M = TypeVar("M", bound=Model)
 UNKNOWN, REST, RISING, FALLING, MODEL = STARTS = ("unknown", "rest", "rising", "falling", "model")
 # simulate, compensate, evaluate, steppers, blocks and exported code begin alike, so that one can stand for another.
 DEFAULT: str = MODEL
+# Where the output was logged, too, its first part tells the past.
+KNOWN = "known"
 # Pasts of which an actuator has one and no other: what a log of unknown beginning is tried with.
 PASTS = (MODEL, REST, RISING, FALLING)
 ABOUT = {
@@ -20,15 +22,17 @@ ABOUT = {
     FALLING: "after strokes over the whole range, the last one falling to the first sample",
     MODEL: "the past is taken to be that of the identified log at its first sample; wrong where the actuator comes "
     "from elsewhere",
+    KNOWN: "the past that agrees best with the first tenth of the log, which then counts in no error",
 }
 
 
-def check_start(start: str) -> str:
-    """Return a start, or refuse one that there is not."""
-    if start in STARTS:
+def check_start(start: str, more: tuple[str, ...] = ()) -> str:
+    """Return a start, one of `STARTS` or of `more`; or refuse one that there is not."""
+    starts = (*STARTS, *more)
+    if start in starts:
         return start
     raise ParameterError(
-        f"--start {start!r:.40} is unknown; there are: {', '.join(STARTS)}.", start=start
+        f"--start {start!r:.40} is unknown; there are: {', '.join(starts)}.", start=start
     )
 
 

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from dehyst.models._speed import faster_than_log as faster_than_log
     from dehyst.models._start import ABOUT as ABOUT
     from dehyst.models._start import DEFAULT as DEFAULT
+    from dehyst.models._start import KNOWN as KNOWN
     from dehyst.models._start import MODEL as MODEL
     from dehyst.models._start import PASTS as PASTS
     from dehyst.models._start import UNKNOWN as UNKNOWN
@@ -55,7 +56,7 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_model": "Inverted Steps WeightTable earlier require_model without_inverse",
         "_offset": "following offset_numbers range_width",
         "_speed": "faster_than_log",
-        "_start": "ABOUT DEFAULT MODEL PASTS UNKNOWN begun check_start",
+        "_start": "ABOUT DEFAULT KNOWN MODEL PASTS UNKNOWN begun check_start",
         "_policy": "POLICY",
         "_storage": "model_from_dict model_from_text",
     },

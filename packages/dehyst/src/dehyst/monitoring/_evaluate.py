@@ -191,7 +191,8 @@ def evaluate(
         Limit of an offset that follows the last cycle, as a share of the output's range: outputs are scored with it.
     start
         Past of the actuator, one of `dehyst.models._start.STARTS`: "model", as the log began that it was identified
-        from, "rest", "rising", "falling", or, for models of plays, "unknown".
+        from, "rest", "rising", "falling", for models of plays "unknown"; or "known": the past that agrees best with the
+        first tenth of each piece, which then does not count.
 
     Returns
     -------
@@ -221,7 +222,11 @@ def evaluate(
     low, high = range_over(_inputs(records))
     # Samples before the input was at both ends tell more of the past than of the model.
     part, assumed = _counting(
-        records, low, high, models_kit.check_start(start), tuple(named.values())
+        records,
+        low,
+        high,
+        models_kit.check_start(start, (models_kit.KNOWN,)),
+        tuple(named.values()),
     )
     log = _Log(records, part, follow_offset, start)
     entries = [_scored(name, model, log) for name, model in named.items()]
@@ -268,6 +273,8 @@ def _counting(
         spans = []
         for piece in record.pieces:
             begin = min(piece.start + known_from(record.input[piece], low, high), piece.stop)
+            if start == models_kit.KNOWN:
+                begin = piece.start + _telling(piece)
             spans.append(slice(begin, piece.stop))
             counted += piece.stop - begin
         known_spans.append(spans)
@@ -286,6 +293,12 @@ def _counting(
     if not assumed:
         return part, []
     return part, [_start_counts(low, high, start, _other_pasts(records, start, models))]
+
+
+def _telling(piece: slice) -> int:
+    """Number of samples at the beginning of a piece that tell its past."""
+    size: int = piece.stop - piece.start
+    return max(1, round(LIMITS.telling * size))
 
 
 def _other_pasts(records: Sequence[Recording], start: str, models: Sequence[Model]) -> list[str]:
@@ -397,7 +410,8 @@ def _unknown_past(entry: Scored, shifts: Mapping[str, float], seen: str) -> Find
             "unknown-past",
             f"{seen}, and the log does not tell. Log a stroke over {stroke} first.",
         )
-    best = min(models_kit.PASTS, key=lambda start: abs(bias + shifts.get(start, np.inf)))
+    pasts = (*models_kit.PASTS, models_kit.KNOWN)
+    best = min(pasts, key=lambda start: abs(bias + shifts.get(start, np.inf)))
     nearest = f"--start {best} leaves {bias + shifts[best]:+.2g} %"
     return Finding(
         "unknown-past",
@@ -443,7 +457,7 @@ def _shifts(entry: Scored, log: _Log, records: Sequence[Recording]) -> dict[str,
         return {}
     percent = entry.output.rmse_percent / entry.output.rmse
     shifts: dict[str, float] = {}
-    for start in models_kit.PASTS:
+    for start in (*models_kit.PASTS, models_kit.KNOWN):
         try:
             outputs = _answers(entry.model, records, _inputs(records), replace(log, start=start))
         except DehystError:  # a model that has no such start
@@ -540,7 +554,7 @@ def _not_explained(outputs: Sequence[Array], records: Sequence[Recording], log: 
 
 def _explaining_past(model: Model, log: _Log, records: Sequence[Recording]) -> str:
     """Return the past with which a model does explain a log, or ""."""
-    for start in models_kit.PASTS:
+    for start in (*models_kit.PASTS, models_kit.KNOWN):
         try:
             outputs = _answers(model, records, _inputs(records), replace(log, start=start))
         except DehystError:  # a model that has no such start
@@ -642,7 +656,7 @@ def _backward(entry: Scored, log: _Log, records: Sequence[Recording]) -> Scored:
     if model.no_inverse:
         return replace(entry, reason=f"{entry.reason} no inverse: {model.no_inverse}".strip())
     try:
-        answers = _answers(model.inverse(), records, _outputs(records), log)
+        answers = _answers(model, records, _outputs(records), log, backward=True)
         demands = tuple(map(model.ahead, answers))
     except DehystError as fault:
         return replace(entry, reason=f"{entry.reason} no input: {fault}".strip())
@@ -678,9 +692,13 @@ def _within(signals: Sequence[Array], measured: Sequence[Array], part: Part) -> 
 
 
 def _answers(
-    model: Model, records: Sequence[Recording], signals: Sequence[Array], log: _Log
+    model: Model,
+    records: Sequence[Recording],
+    signals: Sequence[Array],
+    log: _Log,
+    backward: bool = False,
 ) -> tuple[Array, ...]:
-    """Answers along each recording, piece by piece, each begun as the start says."""
+    """Answers along each recording, piece by piece, each begun as the start says; of the inverse, if `backward`."""
     answers = []
     for record, signal in zip(records, signals, strict=True):
         answer = []
@@ -692,13 +710,30 @@ def _answers(
             needs = {}
             for need in model.needs:
                 needs[need] = np.ascontiguousarray(record.schedules[need][piece])
+            begun = model
+            if log.start == models_kit.KNOWN:
+                begun = _known(model, record, piece)
+            if backward:
+                begun = begun.inverse()
             if log.start == models_kit.UNKNOWN:
-                answer.append(model.band(x, time, model.usual_past, **needs).middle)
-            else:
-                begun = models_kit.begun(model, log.start, float(x[0]))
-                answer.append(begun.simulate(x, time, **needs))
+                answer.append(begun.band(x, time, begun.usual_past, **needs).middle)
+                continue
+            if log.start != models_kit.KNOWN:
+                begun = models_kit.begun(begun, log.start, float(x[0]))
+            answer.append(begun.simulate(x, time, **needs))
         answers.append(np.concatenate(answer))
     return tuple(answers)
+
+
+def _known(model: Model, record: Recording, piece: slice) -> Model:
+    """Return a model with the past that agrees best with the first samples of a piece."""
+    first = slice(piece.start, piece.start + _telling(piece))
+    time = None
+    if record.time is not None:
+        time = record.time[first]
+    needs = {need: record.schedules[need][first] for need in model.needs}
+    known = models_kit.known_past(model, record.input[first], record.output[first], time, needs)
+    return known.before
 
 
 def _advice(entries: Sequence[Scored]) -> tuple[str | None, str]:

@@ -67,6 +67,8 @@ class MonitoringPolicy:
     shifts: float = 1.0
     # A bias is a constant, as that of a sensor's zero, where what is left without it is smaller than this share of it.
     constant_bias: float = 0.5
+    # This share of a piece tells its past, where it is to be told by the log itself.
+    telling: float = 0.1
 
 
 POLICY = MonitoringPolicy()
