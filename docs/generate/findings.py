@@ -714,6 +714,17 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "the log: what happens within a period is lost. Often milliseconds were typed where seconds are meant.",
             "Give `--period` in seconds, about that of the log or shorter.",
         ),
+        "past-unexplained": (
+            "No past of the model explains the log of `--after`: the best one errs by more than "
+            "{PAST_UNEXPLAINED:%} of the output's range.",
+            "Name the log that was recorded just before, with the columns and units of the model; or leave `--after` "
+            "out.",
+        ),
+        "past-apart": (
+            "The log of `--after` ends more than {PAST_APART:%} of the range from where the next one begins: what "
+            "happened between them is not known.",
+            "Name the log that ends where the other begins.",
+        ),
         "dead-time-rounded": (
             "A forward unit delays by whole periods, and the dead time of its model is further than "
             "{ROUNDED_DEAD_TIME:%} from a whole number of them.",

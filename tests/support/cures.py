@@ -436,8 +436,42 @@ BARE = f"{IDENTIFY} --family pi --n 10"
 DIRECT = f"{IDENTIFY} --family direct-inverse"
 EXPORT = "export m.json --target c --out c --overwrite"
 
+
 # Finding -> cures of it, each executed.
+def in_a_row(folder):
+    """A model, a log, the one before it, an earlier one, and one of another actuator."""
+    saved(play_model())(folder)
+    model = dehyst.load(folder / "m.json")
+    x = loops((1.0, 0.6, 0.9, 0.5, 0.8, 1.0), 60)
+    y = model.simulate(x)
+    time = 0.02 * np.arange(x.size)
+    third = x.size // 3
+    for name, part in (
+        ("next", slice(2 * third, None)),
+        ("past", slice(third, 2 * third)),
+        ("early", slice(0, third + 20)),
+    ):
+        write_csv(folder / f"{name}.csv", {"time_s": time[part], "volt": x[part], "angle": y[part]})
+    write_csv(folder / "other.csv", {"time_s": time, "volt": x, "angle": 20.0 - 5.0 * y})
+
+
 CURES: dict[str, list[Cure]] = {
+    "past-unexplained": [
+        Cure(
+            in_a_row,
+            "simulate m.json next.csv --out o.csv --overwrite --after other.csv",
+            "leave --after out",
+            "simulate m.json next.csv --out o.csv --overwrite",
+        )
+    ],
+    "past-apart": [
+        Cure(
+            in_a_row,
+            "simulate m.json next.csv --out o.csv --overwrite --after early.csv",
+            "ends where this one begins",
+            "simulate m.json next.csv --out o.csv --overwrite --after past.csv",
+        )
+    ],
     "no-time": [Cure(without_time, BARE, r"--dt 0\.01")],
     "time-unit": [
         Cure(named_time("time", 1e3), BARE, r"--time-unit ms"),

@@ -7,7 +7,7 @@ def parts(model):
     """Thresholds, weights, centre, offset and the maps of a model."""
     inner = model.hysteresis if model.family == "modified-pi" else model
     inner = inner.as_play() if hasattr(inner, "as_play") else inner
-    return inner, getattr(model, "before", None), getattr(model, "after", None)
+    return inner, getattr(model, "before_map", None), getattr(model, "after_map", None)
 
 
 def follow(z, r, value):

@@ -92,6 +92,7 @@ def test_every_option_that_a_message_prescribes_has_a_control_in_the_studio():
     controls |= {"--schedule"}
     elsewhere = {
         "--shear",
+        "--symmetric",
         "--families",
         "--save",
         "--json",

@@ -50,4 +50,4 @@ def test_a_play_wider_than_the_range_has_no_band_that_could_be_told():
 def test_saturation_at_the_ends_is_no_dead_band():
     plays = dehyst.PrandtlIshlinskii([0.0, 0.5], [0.5, 0.5])
     flat = dehyst.MonotoneMap([0.0, 3.0, 7.0, 10.0], [0.0, 0.01, 0.99, 1.0])
-    assert dead_band(carded(dehyst.ModifiedPrandtlIshlinskii(plays, after=flat))) is None
+    assert dead_band(carded(dehyst.ModifiedPrandtlIshlinskii(plays, after_map=flat))) is None

@@ -704,7 +704,7 @@ def test_a_log_is_opened_in_the_units_of_the_model_and_parted_by_what_was_fitted
     assert (
         len(known.reference) == 8
         and known.cycles == ()
-        and logs.reference_log(subject, None, {}, []) is None
+        and logs.reference_log(subject, None, []) is None
     )
     volts = dehyst.Recording(input=x, output=x, input_unit="V", output_unit="deg")
     assert "swapped" in logs.open_log(subject, volts, True, []).why_not

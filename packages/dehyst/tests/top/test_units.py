@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -81,10 +82,20 @@ def test_conversions_agree_with_printed_tables(
 
 def test_every_conversion_within_a_dimension_comes_back() -> None:
     values = np.array([-3.0, 0.0, 1e-9, 7.25, 1e12])
-    for units in TABLE.values():
-        for a in units:
-            for b in units:
-                np.testing.assert_allclose(convert(convert(values, a, b), b, a), values, rtol=1e-15)
+    for dimension_name, units in TABLE.items():
+        # A temperature is shifted by hundreds, whose rounding stays.
+        rounding = 1e-12 if dimension_name == "temperature" else 0.0
+        for a, b in itertools.product(units, repeat=2):
+            back = convert(convert(values, a, b), b, a)
+            np.testing.assert_allclose(back, values, rtol=1e-15, atol=rounding)
+
+
+def test_temperatures_are_shifted_as_the_fixed_points_of_water_say() -> None:
+    for value, unit, other, expected in (
+        (0.0, "degC", "K", 273.15), (32.0, "degF", "degC", 0.0), (212.0, "degF", "K", 373.15),
+        (100.0, "degC", "degF", 212.0),
+    ):  # fmt: skip
+        assert float(convert(value, unit, other)) == pytest.approx(expected, abs=1e-9)
 
 
 def test_different_dimensions_are_refused_by_name() -> None:
@@ -101,7 +112,8 @@ def test_spelling_and_dimension() -> None:
     ]  # fmt: skip
     assert canonical("MV") is None, "megavolt must not pass for millivolt"
     assert dimension("kN") == "force"
-    assert dimension("°C") == ""
+    assert dimension("°C") == "temperature"
+    assert dimension("furlong") == ""
 
 
 @pytest.mark.parametrize(

@@ -50,7 +50,7 @@ SPELLINGS = {
     """,
     "signal": """
         S=S H=H a=a n=n v=v M=M A=A V=V N=N m=m s=s h=h mS=mS µS=µS Ns=Ns NM=NM MV=MV -= %=% rpm=rpm
-        l/min=l/min K=K °C=°C none=
+        l/min=l/min K=K °C=degC none=
     """,
 }
 

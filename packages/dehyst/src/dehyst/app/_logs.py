@@ -174,10 +174,19 @@ def with_schedules(
     units: dict[str, str] = {}
     for card in reversed(cards):
         units[card.name] = card.unit
-    complete = []
+    complete: list[Read] = []
     for log, run, record in read:
         schedules = {}
-        for name, column, signal in _schedule_columns(request, log, run, cards):
+        columns = _schedule_columns(request, log, run, cards)
+        spare = [name for name, *_ in columns if cards and name not in units]
+        if spare:
+            raise ParameterError(
+                f"no model depends on {' or '.join(spare)}, which --schedule names; they depend on {', '.join(units)}. "
+                f"Write --schedule {next(iter(units))}=COLUMN, or leave it out.",
+                spare=spare,
+            )
+        for name, column, signal in columns:
+            record = _with_new_findings(record, signal)
             values, own_unit = schedule_values(name, column, signal, units.get(name, ""))
             # Where no card names a unit the first log decides, and the later ones are converted to it.
             units[name] = units.get(name) or own_unit
@@ -186,6 +195,13 @@ def with_schedules(
         own_units = {name: units[name] for name in schedules}
         complete.append((log, run, replace(record, schedules=schedules, schedule_units=own_units)))
     return complete
+
+
+def _with_new_findings(record: Recording, signal: LogSignal) -> Recording:
+    """Return a recording that also says what was found in a further column of it."""
+    said = {finding.code for finding in record.findings}
+    more = [finding for finding in signal.findings if finding.code not in said]
+    return record.with_findings(*more)
 
 
 def _schedule_columns(
@@ -209,12 +225,14 @@ def _schedule_columns(
     for card in cards:
         if card.name in schedules:
             continue
-        try:
-            signal = read(card.name)
-        except ColumnError:
-            # The one who needs it says so.
-            continue
-        schedules[card.name] = card.name, signal
+        # With its unit a name tells two columns of one quantity apart.
+        for column in (f"{card.name}_{card.unit}", f"{card.name} [{card.unit}]", card.name):
+            try:
+                schedules[card.name] = column, read(column)
+            except ColumnError:
+                # Who needs it says that it is missing.
+                continue
+            break
     return [(name, column, signal) for name, (column, signal) in schedules.items()]
 
 

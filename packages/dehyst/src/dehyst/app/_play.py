@@ -43,7 +43,7 @@ def run_simulate(request: SimulateRequest) -> None:
     findings += outside(x, model.card.input, "input", "the model extrapolates there")
     # A model that depends on rates was tested only at those of its log.
     findings += models_kit.faster_than_log(model, model.card.input, "the input", [(signal.time, x)])
-    model, known = _after(request, model)
+    model, known = _after(request, model, float(x[0]))
     with ask_progress("simulating"):
         played = _noted(_played(request, model, signal, x, "model"), known)
     # A direct inverse is solved for its input, which may lie beyond its range.
@@ -74,7 +74,7 @@ def run_compensate(request: CompensateRequest) -> None:
     findings += models_kit.faster_than_log(
         model, model.card.output, "the reference", [(signal.time, y)]
     )
-    model, known = _after(request, model)
+    model, known = _after(request, model, float(y[0]), backward=True)
     inverse = model.inverse()
     with ask_progress("inverting"):
         played = _noted(_played(request, inverse, signal, y, COMPENSATED), known)
@@ -182,8 +182,13 @@ def _played(
     )
 
 
-def _after(request: SimulateRequest, model: Model) -> tuple[Model, str]:
-    """Return the model that runs on after a log, and what to say about that; "" where there is none."""
+def _after(
+    request: SimulateRequest, model: Model, first: float, backward: bool = False
+) -> tuple[Model, str]:
+    """Return the model that runs on after a log, and what to say about that; "" where there is none.
+
+    `first` is the first input that follows; for a compensator the first output that is wanted.
+    """
     if request.after is None:
         return model, ""
     typed = {
@@ -207,17 +212,48 @@ def _after(request: SimulateRequest, model: Model) -> tuple[Model, str]:
     # Behind the last gap, where its memory is of one piece.
     piece = record.pieces[-1]
     part = slice(max(piece.start, piece.stop - POLICY.known_samples), piece.stop)
-    x, findings = models_kit.in_units_of(card.input, record.input[part], record.input_unit, "")
-    y, more = models_kit.in_units_of(card.output, record.output[part], record.output_unit, "")
-    print_findings([*findings, *more], stderr=True)
+    x, findings = models_kit.in_units_of(
+        card.input, record.input[part], record.input_unit, f"'{record.input_name}'"
+    )
+    y, more = models_kit.in_units_of(
+        card.output, record.output[part], record.output_unit, f"'{record.output_name}'"
+    )
     time = None if record.time is None else record.time[part]
     signals = {name: record.schedules[name][part] for name in model.needs}
     known = models_kit.known_past(model, x, y, time, signals)
-    height = float(np.ptp(y)) or 1.0
+    low, high = card.output.low, card.output.high
+    height = float(np.ptp(y))
+    if low is not None and high is not None:
+        height = high - low
+    share = known.error / max(height, 1e-300)
+    findings += more
+    if share > POLICY.past_unexplained:
+        findings.append(
+            Finding(
+                "past-unexplained",
+                f"no past of this model explains {request.after}: the best one errs by {100 * share:.3g} % of the "
+                f"output's range (rms) over its last {x.size} samples. It may be of another actuator, or of other columns or "
+                f"units. Name the log that was recorded just before, or leave --after out.",
+            )
+        )
+    last = float((y if backward else x)[-1])
+    apart = abs(first - last)
+    span = height if backward else float(model.ends[1] - model.ends[0])
+    if apart > POLICY.past_apart * span:
+        role = card.output if backward else card.input
+        findings.append(
+            Finding(
+                "past-apart",
+                f"{request.after} ends at {role.label} {last:.4g}, and '{request.log}' begins at "
+                f"{first:.4g}: what the actuator did between them is not known, and the memory is that of "
+                f"one stroke. Name the log that ends where this one begins.",
+            )
+        )
+    print_findings(findings, stderr=True)
     doubt = f"{known.doubt:.2g} {card.output.unit}".rstrip()
     words = (
-        f"runs on after {request.after}: the memory agrees with its last {x.size} samples to "
-        f"{100 * known.error / height:.2g} % of their range (rms), and leaves {doubt} of the output open"
+        f"runs on after {request.after}: the memory agrees with its last {x.size} samples to {100 * share:.2g} % of "
+        f"the output's range (rms); other pasts that do so, too, differ by up to {doubt}"
     )
     return known.model, words
 

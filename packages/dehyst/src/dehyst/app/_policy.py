@@ -14,6 +14,10 @@ class CommandPolicy:
 
     # A signal that leaves the identified range by more than this share of it is worth a warning.
     beyond: float = 0.02
+    # A past that errs by more than this share of the output's range explains no log.
+    past_unexplained: float = 0.05
+    # Two logs that are this share of a range apart do not join.
+    past_apart: float = 0.05
     # Of a log that tells the past so many samples are looked at, the last ones. [samples]
     known_samples: int = 5000
     # A step of the computed input between two samples, as a share of the identified range, that is worth a warning.

@@ -89,7 +89,10 @@ def loops_of(
 ) -> Loops | None:
     """Return the loops, or None where there is none; with `largest_only` no others are measured, which is faster."""
     spots = _spots(recordings, symmetric)
-    output_range = robust_range([record.output for record in recordings])
+    outputs = []
+    for record in recordings:
+        outputs.append(np.delete(record.output, list(record.left_out)))
+    output_range = robust_range(outputs)
     if not spots or not output_range > 0.0:
         return None
     count = len(spots)
@@ -258,8 +261,10 @@ class _Measures:
             y_reference = y_middle
         rising, falling = by_input
         high, low = float(np.max(path.x)), float(np.min(path.x))
-        saturation_high, slope_to_high = rising.near_end(high)
-        saturation_low, slope_to_low = falling.near_end(low)
+        at_high, slope_to_high = rising.near_end(high)
+        at_low, slope_to_low = falling.near_end(low)
+        from_high, slope_from_high = falling.near_end(high)
+        from_low, slope_from_low = rising.near_end(low)
         area = path.area
         return {
             "area": ReadValue(self.factor * abs(area.value), self.factor * area.error),
@@ -267,12 +272,13 @@ class _Measures:
             "width_input": _apart(by_output, y_middle, 1.0),
             "remanence": _apart(by_input, x_reference, 0.5),
             "coercivity": _apart(by_output, y_reference, 0.5),
-            "saturation_high": saturation_high,
-            "saturation_low": saturation_low,
+            # Where the output lags both branches bend upright at the turn; in their mean that cancels.
+            "saturation_high": _mean_of(at_high, from_high),
+            "saturation_low": _mean_of(at_low, from_low),
             "slope_to_high": slope_to_high,
             "slope_to_low": slope_to_low,
-            "slope_from_high": falling.near_end(high)[1],
-            "slope_from_low": rising.near_end(low)[1],
+            "slope_from_high": slope_from_high,
+            "slope_from_low": slope_from_low,
         }
 
     def _orientation(self, openings: Array) -> str:
@@ -293,6 +299,15 @@ def _jump(x: Array, y: Array) -> float:
     away = np.flatnonzero(np.abs(x - x[0]) > POLICY.at_turn * float(np.ptp(x)))
     begin, end = y[: away[0] + 1], y[away[-1] :]
     return float(np.ptp(begin)) + float(np.ptp(end))
+
+
+def _mean_of(one: ReadValue, other: ReadValue) -> ReadValue:
+    """Return the mean of two readings; the one there is where the other could not be read."""
+    if not math.isfinite(other.value):
+        return one
+    if not math.isfinite(one.value):
+        return other
+    return ReadValue(0.5 * (one.value + other.value), 0.5 * math.hypot(one.error, other.error))
 
 
 def _apart(branches: tuple[Branch, Branch], place: float, share: float) -> ReadValue:

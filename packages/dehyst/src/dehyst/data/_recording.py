@@ -75,12 +75,12 @@ class Recording(Plotted):
         What reading the log found and cured.
     provenance
         Where the samples came from: file, columns, rows.
-    schedules, schedule_units
-        Further signals by name, (T,) each, that change the loop, such as temperature, load or voltage, and their
-        units: `identify` lets the weights of a model go with them.
     left_out
         Indices of samples that count in no fit and no score: at least one of their values is none that was measured.
         `identify` and its relatives add the outliers that they find.
+    schedules, schedule_units
+        Further signals by name, (T,) each, that change the loop, such as temperature, load or voltage, and their
+        units: `identify` lets the weights of a model go with them.
 
     Raises
     ------
@@ -121,8 +121,20 @@ class Recording(Plotted):
         put(self, "provenance", dict(self.provenance))
         put(self, "breaks", tuple(int(k) for k in self.breaks))
         put(self, "left_out", tuple(sorted({int(k) for k in self.left_out})))
+        if not isinstance(self.schedules, Mapping) or not all(map(str, self.schedules)):
+            raise RecordingError(
+                f"schedules of recording '{self.name}' are signals by their names, each with one. Pass for example "
+                f'schedules={{"temperature": values}}.'
+            )
+        unknown = set(self.schedule_units) - set(self.schedules)
+        if unknown:
+            raise RecordingError(
+                f"schedule_units of recording '{self.name}' names {', '.join(map(repr, sorted(unknown)))}, which is no "
+                f"schedule; they are {', '.join(map(repr, self.schedules)) or 'none'}.",
+                unknown=sorted(unknown),
+            )
         schedules = {}
-        for name, values in dict(self.schedules).items():
+        for name, values in self.schedules.items():
             schedules[str(name)] = _signal(values, f"schedule '{name}'", self.name)
         put(self, "schedules", schedules)
         put(

@@ -15,7 +15,7 @@ from dehyst.errors import OutputError, ParameterError
 from dehyst.export._budget import Budget, budget
 from dehyst.export._cautions import about_unit
 from dehyst.export._exchange import alone, is_inside, put, repair
-from dehyst.export._rendering import TEMPLATES
+from dehyst.export._folders import TEMPLATES
 from dehyst.export._signal import to_csv
 from dehyst.export._subject import Subject
 from dehyst.export._targets import target as target_of

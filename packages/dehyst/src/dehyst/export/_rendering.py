@@ -5,19 +5,17 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from functools import cache
-from pathlib import Path
 
 import jinja2
 
 from dehyst.export import precision
-
-TEMPLATES = Path(__file__).resolve().parent / "templates"
+from dehyst.export._folders import FOLDERS
 
 
 @cache
 def _environment() -> jinja2.Environment:
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(TEMPLATES),
+        loader=jinja2.FileSystemLoader(FOLDERS),
         # A misspelt value stops the export, because a gap in code could stay unseen.
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
@@ -38,17 +36,13 @@ def _environment() -> jinja2.Environment:
     return environment
 
 
-def add_templates(folder: Path) -> None:
-    """Let `render` find the templates of another package too."""
-    loader = _environment().loader
-    assert isinstance(loader, jinja2.FileSystemLoader)
-    if str(folder) not in loader.searchpath:
-        loader.searchpath.append(str(folder))
-
-
 def render(template: str, **values: object) -> str:
     """Return a template below ``templates/``, filled."""
-    return _environment().get_template(template).render(**values)
+    environment = _environment()
+    assert isinstance(environment.loader, jinja2.FileSystemLoader)
+    # Another package may have been loaded since.
+    environment.loader.searchpath = FOLDERS
+    return environment.get_template(template).render(**values)
 
 
 def plain_template(template: str) -> str:

@@ -8,11 +8,13 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
-from typing import Literal, cast
+from typing import TYPE_CHECKING, Literal, TypeAlias, cast
 
 from dehyst.errors import ParameterError
-from dehyst.export._subject import Subject
 from dehyst.plugins import EXPORTS, added, load_added
+
+if TYPE_CHECKING:
+    from dehyst.export._subject import Subject
 
 BLOCKS = ("inverse", "forward", "direct-inverse")
 GROUP = "dehyst.targets"
@@ -57,8 +59,8 @@ class Check:
         return {"claim": self.claim, "status": self.status, "detail": self.detail}
 
 
-Files = Callable[[Subject], dict[str, str | bytes]]
-Verify = Callable[[Path, Subject], list[Check]]
+Files: TypeAlias = "Callable[[Subject], dict[str, str | bytes]]"
+Verify: TypeAlias = "Callable[[Path, Subject], list[Check]]"
 
 
 @dataclass(frozen=True)

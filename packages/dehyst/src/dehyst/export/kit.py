@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from dehyst.export._folder import VERIFIED as VERIFIED
     from dehyst.export._folder import exported_files as exported_files
     from dehyst.export._folder import refuse_folder as refuse_folder
+    from dehyst.export._folders import TEMPLATES as TEMPLATES
+    from dehyst.export._folders import add_templates as add_templates
     from dehyst.export._kinds import controller_kind as controller_kind
     from dehyst.export._names import check_name as check_name
     from dehyst.export._names import identifier as identifier
@@ -19,8 +21,6 @@ if TYPE_CHECKING:
     from dehyst.export._numbers import direct_in as direct_in
     from dehyst.export._numbers import direct_numbers as direct_numbers
     from dehyst.export._numbers import model_numbers as model_numbers
-    from dehyst.export._rendering import TEMPLATES as TEMPLATES
-    from dehyst.export._rendering import add_templates as add_templates
     from dehyst.export._rendering import comment as comment
     from dehyst.export._rendering import plain_template as plain_template
     from dehyst.export._rendering import render as render
@@ -68,7 +68,8 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_kinds": "controller_kind",
         "_names": "check_name identifier why_prefixed",
         "_numbers": "direct_in direct_numbers model_numbers",
-        "_rendering": "TEMPLATES add_templates comment plain_template render",
+        "_folders": "TEMPLATES add_templates",
+        "_rendering": "comment plain_template render",
         "_signal": "ALL read_excerpt same_bits to_hex use_findings use_of",
         "_subject": "RAMP REALS TUNING WHATS check_choice",
         "_targets": "BLOCKS Target Writer target targets",

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from dehyst.families._dahl import Dahl as Dahl
     from dehyst.families._element_machine import ElementBlockParameters as ElementBlockParameters
     from dehyst.families._inversion import first_input as first_input
-    from dehyst.families._lateness import ChosenRow as ChosenRow
     from dehyst.families._lateness import Lateness as Lateness
     from dehyst.families._lateness import best_row_and_delay as best_row_and_delay
     from dehyst.families._loop_work import dead_band as dead_band
@@ -41,7 +40,7 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_dahl": "Dahl",
         "_element_machine": "ElementBlockParameters",
         "_inversion": "first_input",
-        "_lateness": "ChosenRow Lateness best_row_and_delay",
+        "_lateness": "Lateness best_row_and_delay",
         "_loop_work": "dead_band",
         "_registry": "Family MODULES ROW_NAMES example family is_family names title_of",
         "_table": "ROWS",

@@ -462,7 +462,7 @@ class LoopStepper(models_kit.Steps):
 
     def __call__(self, value: float, period: float | None = None, **signals: float) -> float:
         """Return the output for the next sample, `period` [s] after the one before."""
-        self.rejected = not isfinite(value)
+        self.rejected = not (isfinite(value) and all(map(isfinite, signals.values())))
         if self.rejected:
             # A sample that is no number changes nothing: the output holds its value.
             self.rejected_ever = True

@@ -186,10 +186,10 @@ class ElementModel(LoopModel):
         Of the log it was identified from; for it the inverse is stable. 0: unknown, not checked, no dead time. [s]
     schedules
         Source, low and high of each: -1 follows u of the sample before, 0 and 1 a given signal.
-    signals
-        Name and unit of the given signals 0 and 1; without them they are called signal_0 and signal_1.
     row
         Name of the family it belongs to.
+    signals
+        Name and unit of the given signals 0 and 1; without them they are called signal_0 and signal_1.
 
     Raises
     ------

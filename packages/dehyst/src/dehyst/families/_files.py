@@ -33,6 +33,11 @@ def family_model(name: Any, parameters: Any) -> LoopModel:
         scales[key] = _number(value)
     scaling = Scaling(**scales)
     start = parameters["start"]
+    if isinstance(start, list) and record_of(name).memory_grows:
+        # Any list could be the turns of such a memory, and none of them can be checked.
+        raise ParameterError(
+            "its memory is a list of no fixed length, which a file cannot vouch for."
+        )
     if isinstance(start, list):
         # The memory of a model that runs on.
         start = tuple(_number(value) for value in start)

@@ -15,7 +15,6 @@ from dehyst.errors import DehystError, ParameterError
 from dehyst.families import (
     ROW_NAMES,
     Chosen,
-    ChosenRow,
     Lateness,
     Training,
     best_row_and_delay,
@@ -363,6 +362,9 @@ def best_fit(
             rows = replace(rows, warnings=(*rows.warnings, *about_schedules))
         # Too few samples, or no program that could be solved: plays are what there is.
         except DehystError:
+            # Plays do not go with another signal, so they cannot stand in.
+            if training.schedules:
+                raise
             if size is None or not too_large or fitted_plays.family == STATIC:
                 return with_table(fitted_plays)
             fitted_plays = log.fit(plays_of("pi", n=size - 1))
@@ -380,8 +382,8 @@ def best_fit(
 
 
 def _with_schedules_or_not(
-    training: Training, search: Callable[[Training], ChosenRow]
-) -> tuple[ChosenRow, tuple[Finding, ...]]:
+    training: Training, search: Callable[[Training], families_kit.ChosenRow]
+) -> tuple[families_kit.ChosenRow, tuple[Finding, ...]]:
     """Return the best row, whose weights go with other signals if that pays, and what is to be said of them."""
     chosen = search(training)
     if not training.schedules:

@@ -20,6 +20,7 @@ from dehyst.identification._selection import AFFORDABLE
 from dehyst.identification._settings import PAPER_EPS
 from dehyst.models import kit as models_kit
 from dehyst.shell import command, quoted
+from dehyst.units import parse_unit
 
 # Findings that a model is poor, and those that may be why.
 POOR = ("poor-fit", "inverse-misses")
@@ -343,7 +344,8 @@ def _recordings_differ(
     yield Finding(
         "recordings-differ",
         f"the recordings are not of one condition: {'; '.join(differences)}. A zero, a load, a temperature or another "
-        f"signal that no model was told does that, and one model averages over it.{tested} {_schedule(records)}",
+        f"signal that {'this model does not go with' if scheduled else 'no model was told'} does that, and one model "
+        f"averages over it.{tested} {_schedule(records)}",
     )
 
 
@@ -354,6 +356,8 @@ def _schedule(records: Sequence[Recording]) -> str:
     ranges = []
     options = []
     for name in stills[0]:
+        if parse_unit(name)[0] in records[0].schedules or name in records[0].schedules:
+            continue
         values = [still[name] for still in stills if name in still]
         # A column that one recording lacks, or that is the same in all of them, explains nothing.
         if len(values) < len(stills) or len(set(values)) == 1:

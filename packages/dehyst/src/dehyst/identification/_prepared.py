@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
+
+import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.data import Recording, loops_of
@@ -67,7 +69,14 @@ class Prepared:
     @cached_property
     def seen(self) -> Seen:
         """What the fitted part shows, and the numbers of the largest loops of the whole log."""
-        return seen_in(self.branches, loops_of(self.records, largest_only=True))
+        counted = []
+        for index, record in enumerate(self.records):
+            if self.weights is not None:
+                # A sample without weight counts in no number.
+                uncounted = np.flatnonzero(self.weights[index] == 0.0).tolist()
+                record = replace(record, left_out=(*record.left_out, *uncounted))
+            counted.append(record)
+        return seen_in(self.branches, loops_of(counted, largest_only=True))
 
     def curve(self, initial_state: str = "zero") -> StaticCurve:
         """Return the best curve without hysteresis; of all states before the log only an unknown one changes it."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -103,7 +103,7 @@ def read_log(
     time_unit: str | float | None = None,
     dt: float | None = None,
     sheet: str | int | None = None,
-    schedules: Mapping[str, str] | None = None,
+    schedules: Mapping[str, str] | Sequence[str] = (),
     progress: Callable[[float], object] | None = None,
 ) -> Recording:
     """Read input and output of an actuator from a log file.
@@ -133,7 +133,7 @@ def read_log(
     sheet
         Sheet of a workbook, by name or number from 1; by default the one with the most numbers.
     schedules
-        Name -> column of further signals that change the loop, such as a temperature.
+        Columns of further signals that change the loop, such as a temperature; or name -> column.
     progress
         Called again and again with the share of a long file that was read, 0 to 1.
 
@@ -192,8 +192,14 @@ def read_log(
             table, {"input": x_name, "output": y_name, "time": clock}, chosen, start, stop, samples
         ),
     )
+    columns = schedules
+    if not isinstance(columns, Mapping):
+        listed = [columns] if isinstance(columns, str) else list(columns)
+        columns = {
+            table.label(find_column(table, column, "schedule"))[0]: column for column in listed
+        }
     values, units = {}, {}
-    for name, column in (schedules or {}).items():
+    for name, column in columns.items():
         signal = read_signal(
             path,
             column,

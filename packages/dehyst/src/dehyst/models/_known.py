@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -18,10 +18,12 @@ import numpy.typing as npt
 from dehyst.arrays import Array
 from dehyst.errors import DehystError, ParameterError
 from dehyst.models._arrays import signal_array
-from dehyst.models._model import Model
 from dehyst.models._policy import POLICY
 
-M = TypeVar("M", bound=Model)
+if TYPE_CHECKING:
+    from dehyst.models._model import Model
+
+M = TypeVar("M", bound="Model")
 TURNS = 9  # turning points that are tried on either side of the first input
 STROKE = 24  # samples of a stroke before the first sample
 REFINED = 4  # of the best pasts
@@ -152,12 +154,12 @@ def known_past(
     >>> bool(np.isclose(begun.simulate(x[6:])[0], y[6], atol=1e-9))
     True
     """
-    if type(model).moved is Model.moved:
+    window = _checked(model, x, y, time, signals or {})
+    if _first_moved(window) is None:
         raise ParameterError(
             f"the memory of this {model.family} model is of what was measured, and cannot be told from outside. "
             f"Identify a row of elements from the same log (leave --family out)."
         )
-    window = _checked(model, x, y, time, signals or {})
     if y is None:
         time_stamps, given = window.before(0)
         return KnownPast(_moved(model, window.x, time_stamps, given), model, float("nan"), 0.0)
@@ -314,6 +316,14 @@ def _led(window: _Window[M], turns: Array) -> M:
     early = slice(0, size)
     given = {name: values[early] for name, values in signals.items()}
     return _moved(model, x[early], None if time is None else time[early], given)
+
+
+def _first_moved(window: _Window[M]) -> Any:
+    """Return the model with the memory behind the first sample; None where memory is of what was measured."""
+    first = {name: values[:1] for name, values in window.signals.items()}
+    return window.model.moved(
+        window.x[:1], None if window.time is None else window.time[:1], **first
+    )
 
 
 def _moved(model: M, x: Array, time: Array | None, signals: Mapping[str, Array]) -> M:
