@@ -140,6 +140,18 @@ def test_a_saved_model_answers_alike(swaying, tmp_path):
     assert loaded == swaying.model and loaded.context == swaying.model.context
 
 
+def test_a_size_that_no_model_with_the_signal_has_is_refused_with_the_one_that_fits():
+    with pytest.raises(dehyst.DehystError, match="the smallest has"):
+        dehyst.identify(log(1), size=4)
+
+
+def test_a_stepper_holds_its_output_while_the_signal_is_no_number(swaying):
+    step = swaying.model.stepper(DT)
+    first = step(0.3, temperature=40.0)
+    assert step(0.5, temperature=float("nan")) == first and step.rejected
+    assert step(0.5, temperature=40.0) != first and not step.rejected
+
+
 def test_what_does_not_go_with_a_signal_refuses_it():
     record = log(1)
     for family, more in (("pi", {}), ("dahl", {}), ("auto", {"n": 20})):
@@ -152,14 +164,19 @@ def test_signals_that_cannot_serve_are_refused_with_a_cure():
     T = record.schedules["temperature"]
     with pytest.raises(RecordingError, match="one value for each sample"):
         replace(record, schedules={"temperature": T[:-1]})
+    for schedules, words in (({"": T}, "by their names"), ([T], "by their names")):
+        with pytest.raises(RecordingError, match=words):
+            replace(plain(record), schedules=schedules)
+    with pytest.raises(RecordingError, match="no schedule"):
+        replace(record, schedule_units={"heat": "K"})
     with pytest.raises(RecordingError, match="not finite"):
         replace(record, schedules={"temperature": np.full(len(record), np.nan)})
     with pytest.raises(ExcitationError, match="stays at 3"):
         dehyst.identify(replace(record, schedules={"temperature": np.full(len(record), 3.0)}))
     with pytest.raises(ParameterError, match="2 signals at most"):
-        dehyst.identify(replace(record, schedules={"a": T, "b": T, "c": T}))
+        dehyst.identify(replace(plain(record), schedules={"a": T, "b": T, "c": T}))
     with pytest.raises(ParameterError, match="NAME=COLUMN"):
-        dehyst.identify(replace(record, schedules={"time": T}))
+        dehyst.identify(replace(plain(record), schedules={"time": T}))
     with pytest.raises(ParameterError, match="same signals in the same units"):
         dehyst.identify([record, replace(log(2), schedule_units={"temperature": "K"})])
     with pytest.raises(ParameterError, match="temperature"):
@@ -221,5 +238,8 @@ def test_the_commands_read_the_signal_by_its_name(run, tmp_path):
     asked = dehyst.read_signal(played, "compensated_drive").values
     later = log(2)
     assert 100.0 * np.std(asked - later.input) / 2.0 < 1.0
+    evaluated = ("evaluate", model, tmp_path / "later.csv", "--schedule", "load=stroke_mm")
+    status, _, err = run(*evaluated)
+    assert status == 2 and "--schedule heat=COLUMN" in " ".join(err.split())
     spare = ("simulate", model, tmp_path / "later.csv", "--schedule", "load=stroke_mm")
     assert run(*spare, "--schedule", "heat=T_degC")[0] == 2

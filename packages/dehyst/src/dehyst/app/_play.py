@@ -232,8 +232,8 @@ def _after(
             Finding(
                 "past-unexplained",
                 f"no past of this model explains {request.after}: the best one errs by {100 * share:.3g} % of the "
-                f"output's range (rms) over its last {x.size} samples. It may be of another actuator, or of other columns or "
-                f"units. Name the log that was recorded just before, or leave --after out.",
+                f"output's range (rms) over its last {x.size} samples. It may be of another actuator, of other "
+                f"columns or units. Name the log that was recorded just before, or leave --after out.",
             )
         )
     last = float((y if backward else x)[-1])
