@@ -183,8 +183,8 @@ class LoopModel(Model):
         if not inputs.size:
             return inputs
         scaled = np.ascontiguousarray(self._scale().inward(inputs))
-        memory = self.before(float(scaled[0]))
         more = self._more(signals, inputs.size)
+        memory = self.before(float(scaled[0]), **more)
         outputs, _ = self.run(scaled, self._steps(time, inputs.size), memory, **more)
         return self._answer(self.scaling.outward(outputs))
 
@@ -204,8 +204,8 @@ class LoopModel(Model):
         """Return the scaled inputs (T,) for scaled outputs, and the memory after them; sample by sample a search."""
         return search_inputs(self, y, dt, memory)
 
-    def before(self, first: float) -> Array:
-        """Return the memory on arrival at a first scaled input, as `start` says.
+    def before(self, first: float, **more: Array) -> Array:
+        """Return the memory on arrival at a first scaled input, as `start` says; `more` is what `run` takes beside it.
 
         "rest": never moved. "zero": went from rest in the middle of the range there; the memory after decaying
         oscillations. "origin": went there from rest at the log's input 0. "rising": went from the upper end of the
@@ -250,7 +250,7 @@ class LoopModel(Model):
         inputs = self._finite(x, "input x")
         scaled = np.ascontiguousarray(self._scale().inward(inputs))
         more = self._more(signals, inputs.size)
-        memory = self.before(float(scaled[0]))
+        memory = self.before(float(scaled[0]), **more)
         _, memory = self.run(scaled, self._steps(time, inputs.size), memory, **more)
         return replace(self, start=tuple(memory.tolist()))  # type: ignore[type-var]
 
@@ -394,7 +394,7 @@ class InverseLoop(models_kit.Inverted[LoopModel]):
         scaled = np.ascontiguousarray((outputs - of._scale().level) / of.scaling.amplitude)
         # The start is that of the model, so the input is needed that answers the first output.
         more = of._more(signals, outputs.size)
-        memory = of.before(first_input(of, float(scaled[0]), **more))
+        memory = of.before(first_input(of, float(scaled[0]), **more), **more)
         inputs, _ = of.run_inverse(scaled, of._steps(time, outputs.size), memory, **more)
         return of._answer(np.asarray(of.scaling.center + of.scaling.half_range * inputs))
 
@@ -471,7 +471,7 @@ class LoopStepper(models_kit.Steps):
         more = self._model._more(signals, 1) if signals or self._needs else {}
         passed = 0.0
         if self._memory is None:
-            self._memory = self._model.before(self._first(scaled, **more))
+            self._memory = self._model.before(self._first(scaled, **more), **more)
         else:
             passed = self._passed(period)
         self._value[0] = scaled

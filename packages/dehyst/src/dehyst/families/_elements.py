@@ -449,7 +449,7 @@ class ElementModel(LoopModel):
 
     @property
     def _unscheduled(self) -> ElementModel:
-        """The same with given signals, which nobody knows before the first sample, in the middle of their range."""
+        """The same with given signals in the middle of their range, for who has none."""
         middle = (-1, -MIDDLE, MIDDLE)
         schedules = []
         for schedule in self.schedules:
@@ -464,10 +464,11 @@ class ElementModel(LoopModel):
             argument = first_input(still._unscheduled, x)
         return np.concatenate([self._sum.rest(argument), np.full(self.delay, x)])
 
-    def before(self, first: float) -> Array:
+    def before(self, first: float, **more: Array) -> Array:
         """As every family, but lags have had time to reach the first sample, and dead time is filled with it.
 
-        An inverse model was identified along its output. Its start is the state of that output which answers `first`.
+        An inverse model was identified along its output. Its start is the state of that output which answers `first`
+        with the signals of the first sample.
         """
         if isinstance(self.start, tuple):
             return self._remembered(self.start)
@@ -475,7 +476,7 @@ class ElementModel(LoopModel):
             evaluated = self.evaluated
             argument = first
             if self.direction == "inverse":
-                argument = first_input(evaluated._unscheduled, first)
+                argument = first_input(evaluated if more else evaluated._unscheduled, first, **more)
             return np.concatenate([evaluated.before(argument), np.full(self.delay, first)])
         # The stroke to the first sample takes no time, so lags are set to where it ends.
         memory = np.array(super().before(first))

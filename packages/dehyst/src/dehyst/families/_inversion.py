@@ -59,7 +59,7 @@ def first_input(model: LoopModel, y: float, **more: Array) -> float:
     dt = np.zeros(1) if model.rate_dependent else None
 
     def miss(value: float) -> float:
-        return _miss(model, dt, model.before(value), y, value, **first)
+        return _miss(model, dt, model.before(value, **first), y, value, **first)
 
     return _root(miss, 0.0, 0.25)
 

@@ -52,8 +52,9 @@ class Stretch:
 
     def run(self, model: LoopModel) -> Array:
         """Return the scaled outputs of a model along the stretch, from its start state on, (T,)."""
-        memory = model.before(float(self.x[0]))
-        return model.run(self.x, self.steps(model), memory, **self.surroundings(model))[0]
+        more = self.surroundings(model)
+        memory = model.before(float(self.x[0]), **more)
+        return model.run(self.x, self.steps(model), memory, **more)[0]
 
     def run_inverse(self, model: LoopModel, first: float, last: int | None = None) -> Array:
         """Return the scaled inputs for the scaled outputs up to a last sample, (T,), from the memory at a first one."""
@@ -62,7 +63,7 @@ class Stretch:
         more = {name: values[part] for name, values in self.surroundings(model).items()}
         if dt is not None:
             dt = dt[part]
-        return model.run_inverse(self.y[part], dt, model.before(first), **more)[0]
+        return model.run_inverse(self.y[part], dt, model.before(first, **more), **more)[0]
 
     def steps(self, model: LoopModel) -> Array | None:
         """Time from the sample before, for a model that depends on it."""
