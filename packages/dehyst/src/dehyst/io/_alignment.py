@@ -27,6 +27,8 @@ GRID = 4096  # steps of the search in the longer of two logs
 BLOCKS = 24  # of samples whose errors are taken as independent of each other
 STEPS = 20
 FOLLOWED = 6  # minima of the search that are solved, by each of two measures
+# Starts that leave so many times as much as the best one are not solved.
+HOPELESS = 10.0
 # Smaller corrections than this share of a step of the input, or of their doubt, end the solution.
 ENOUGH, ENOUGH_DOUBT = 1e-4, 0.05
 
@@ -39,10 +41,10 @@ class _Detail(NamedTuple):
     intervals: int  # into which each play is cut
 
 
-ROUGH = _Detail(3000, FINE, 2)
-EXACT = _Detail(20_000, FINE, 4)
+ROUGH = _Detail(2000, FINE, 2)
+EXACT = _Detail(10_000, FINE, 4)
 # What fewer operators would correct shows how much of an offset is their doing.
-FEWER = _Detail(20_000, FINE[::2], 4)
+FEWER = _Detail(10_000, FINE[::2], 4)
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,13 +102,19 @@ def align(tx: Array, x: Array, ty: Array, y: Array) -> Alignment | None:
     if min(tx.size, ty.size) < POLICY.aligned_from or np.ptp(x) == 0.0 or np.ptp(y) == 0.0:
         return None
     problem = _Problem(tx, x, ty, y)
-    solutions: list[_Solution] = []
+    starts: list[_Solution] = []
     for begin in problem.search():
         start = problem.at(begin, 0.0, ROUGH)
         if start is not None:
-            solutions.append(problem.solve(start[0], ROUGH, with_drift=False))
-    if not solutions:
+            starts.append(start[0])
+    if not starts:
         return None
+    least = min(start.left for start in starts)
+    solutions: list[_Solution] = []
+    for place in starts:
+        # A step of the grid costs less than that.
+        if place.left <= HOPELESS * least + POLICY.alike:
+            solutions.append(problem.solve(place, ROUGH, with_drift=False))
     best, rivals = _best(solutions, problem.grid_step)
     drifting = problem.solve(best, EXACT, with_drift=True)
     doubts = problem.doubts(drifting)
@@ -147,7 +155,7 @@ class _Problem:
         self.tx, self.ty = tx, ty - ty[0]
         self.length = float(tx[-1] - tx[0])
         self.step = self.length / (tx.size - 1)
-        self.grid_step = max(self.length, float(self.ty[-1])) / GRID
+        self.grid_step = max(self.step, max(self.length, float(self.ty[-1])) / GRID)
         width, noise = self._smoothing(x)
         x = _smoothed(x, round(width / self.step))
         y = _smoothed(y, round(width * (ty.size - 1) / float(self.ty[-1])))
@@ -182,17 +190,18 @@ class _Problem:
     def search(self) -> list[float]:
         """Begins of the output at which it follows the input best, on a grid, best first."""
         grid = np.arange(self.tx[0], self.tx[-1], self.grid_step)
-        rows = np.searchsorted(self.tx, grid).astype(np.int64)
-        plays = self.plays(COARSE, rows)
+        # Where the input has gaps, samples serve several steps of the grid.
+        rows, places = np.unique(np.searchsorted(self.tx, grid), return_inverse=True)
+        plays = self.plays(COARSE, rows.astype(np.int64))[places]
         features = np.column_stack((np.ones(grid.size), plays, plays[:, 0] ** 2))
         y = np.interp(np.arange(0.0, self.ty[-1], self.grid_step), self.ty, self.y)
         left, explained, starts = _left_at_shifts(features, y)
-        places = np.flatnonzero((left[1:-1] <= left[:-2]) & (left[1:-1] < left[2:])) + 1
-        if places.size == 0:
-            places = np.array([int(np.argmin(left))])
+        minima = np.flatnonzero((left[1:-1] <= left[:-2]) & (left[1:-1] < left[2:])) + 1
+        if minima.size == 0:
+            minima = np.array([int(np.argmin(left))])
         # Of swings that shrink, each period later leaves a smaller share, and explains less.
-        by_share = places[np.argsort(left[places], kind="stable")][:FOLLOWED]
-        by_sum = places[np.argsort(-explained[places], kind="stable")][:FOLLOWED]
+        by_share = minima[np.argsort(left[minima], kind="stable")][:FOLLOWED]
+        by_sum = minima[np.argsort(-explained[minima], kind="stable")][:FOLLOWED]
         chosen = dict.fromkeys([*by_share.tolist(), *by_sum.tolist()])
         return [float(self.tx[0] + self.grid_step * starts[k]) for k in chosen]
 
@@ -226,7 +235,7 @@ class _Problem:
         """Doubts of begin and drift: by the errors, and by what fewer operators would correct."""
         fewer = self.at(solution.begin, solution.drift, FEWER, True)
         assert fewer is not None
-        begin, drift = np.hypot(solution.doubts, fewer[1])
+        begin, drift = np.hypot(solution.doubts, POLICY.misfit * fewer[1])
         return float(begin) + self.lead, float(drift)
 
     def _moved(self, solution: _Solution, correction: Array) -> tuple[float, float]:

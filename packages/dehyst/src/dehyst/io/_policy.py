@@ -149,6 +149,9 @@ class ReadingPolicy:
     as_long: float = 0.9
     # An output falls with its input only if that leaves less than this share of what a rising one leaves.
     falls: float = 0.5
+    # What half as many operators would correct counts so many times in the doubt: loops of other families than plays,
+    # aligned with known clocks, were off by up to that. [factor]
+    misfit: float = 2.0
     # Noise of the input is smoothed down to this share of its range, for plays hold its peaks, ...
     quiet: float = 0.001
     # ... by a mean over this share of a swing at most.

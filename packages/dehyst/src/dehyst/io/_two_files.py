@@ -386,8 +386,8 @@ def _aligned(x: _Signal, y: _Signal, alignment: Alignment, lead: float) -> Findi
     side = "after" if lead >= 0.0 else "before"
     return Finding(
         "aligned-clocks",
-        f"clocks of {x.file} and {y.file}, by the shape of the signals: the output begins {abs(lead):.6g} s {side} the "
-        f"input (within {alignment.begin_doubt:.2g} s); {drift}; {100 * alignment.explained:.4g} % of its variance "
+        f"clocks of {x.file} and {y.file}, by the shape of the signals: {y.file} begins {abs(lead):.6g} s {side} "
+        f"{x.file} (within {alignment.begin_doubt:.2g} s); {drift}; {100 * alignment.explained:.4g} % of its variance "
         f"follow the input then. A lag of the actuator or a sensor makes the output turn late as well. The shape cannot "
         f"tell it from the clocks, and it was taken out with them. If one clock stamped both files, keep its stamps: "
         f"--clocks stamps",
