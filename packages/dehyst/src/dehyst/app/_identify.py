@@ -42,7 +42,10 @@ def run_identify(request: IdentifyRequest) -> None:
     """Read, identify, save, report, print."""
     # The files are checked first: the work may take long, and its result must not be lost at its end.
     refuse_clashes(
-        files_of(request.logs), request.overwrite, save=(request.save, MODEL), report=(request.report, PAGE)
+        files_of(request.logs),
+        request.overwrite,
+        save=(request.save, MODEL),
+        report=(request.report, PAGE),
     )
     if request.save is not None:
         refuse_other_model(request.save, request.overwrite, files_of(request.logs), _known(request))

@@ -122,16 +122,16 @@ def _inspect_two(request: InspectRequest) -> None:
         out.print()
     out.print(f"{record.name}: {len(record)} samples of both", style="bold")
     if numbers is not None:
-        _print_loops(out, f"{visible(record.output_label)} over {visible(record.input_label)}", numbers)
+        _print_loops(
+            out, f"{visible(record.output_label)} over {visible(record.input_label)}", numbers
+        )
     print_findings(record.findings)
     print_end(following)
 
 
 def _print_loops(out: Console, pair: str, numbers: Loops) -> None:
     """The main numbers of the largest loops."""
-    out.print(
-        f"\nlargest loops, {pair}: {numbers.opening_words}\n{numbers.words}", soft_wrap=True
-    )
+    out.print(f"\nlargest loops, {pair}: {numbers.opening_words}\n{numbers.words}", soft_wrap=True)
 
 
 def _print_columns_of(out: Console, summary: LogSummary) -> None:

@@ -10,6 +10,7 @@ width is not taken for an offset, and a lag of the actuator is.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -20,9 +21,10 @@ from dehyst.data import summarise_loops
 from dehyst.io._policy import POLICY
 from dehyst.least_squares import solve_bounded, triangle
 
-# Thresholds of plays for the search, and those of the solution. [half the range of the input]
+# Thresholds of plays for the search, for its minima and for the solution. [half the range of the input]
 COARSE = np.array([0.0, 0.1, 0.25, 0.5])
-FINE = np.array([0.0, 0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.85])
+MIDDLE = np.array([0.0, 0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.5, 0.6, 0.7, 0.85])
+FINE = np.concatenate(([0.0, 0.01, 0.02], np.linspace(0.0, 0.95, 22)[1:]))
 GRID = 4096  # steps of the search in the longer of two logs
 BLOCKS = 24  # of samples whose errors are taken as independent of each other
 STEPS = 20
@@ -41,10 +43,10 @@ class _Detail(NamedTuple):
     intervals: int  # into which each play is cut
 
 
-ROUGH = _Detail(2000, FINE, 2)
-EXACT = _Detail(10_000, FINE, 4)
+ROUGH = _Detail(2000, MIDDLE, 2)
+EXACT = _Detail(10_000, FINE, 3)
 # What fewer operators would correct shows how much of an offset is their doing.
-FEWER = _Detail(10_000, FINE[::2], 4)
+FEWER = _Detail(10_000, FINE[::2], 3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +76,7 @@ class Alignment:
 
     def stamps(self, time: Array) -> Array:
         """Stamps of the output in the clock of the input, (T,)."""
-        return self.begin + (1.0 + self.drift) * (time - time[0])
+        return np.asarray(self.begin + (1.0 + self.drift) * (time - time[0]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +146,11 @@ def _best(solutions: list[_Solution], apart: float) -> tuple[_Solution, list[flo
     longest = max(entry.covered for entry in equal)
     long_enough = [entry for entry in equal if entry.covered >= POLICY.as_long * longest]
     best = min(long_enough, key=lambda entry: entry.left)
-    rivals = [entry.begin for entry in solutions if entry.left <= limit and abs(entry.begin - best.begin) > apart]
+    rivals = [
+        entry.begin
+        for entry in solutions
+        if entry.left <= limit and abs(entry.begin - best.begin) > apart
+    ]
     return best, sorted(rivals, key=lambda begin: abs(begin - best.begin))
 
 
@@ -176,7 +182,9 @@ class _Problem:
         """
         span = float(np.ptp(x))
         noise = 1.4826 * float(np.median(np.abs(np.diff(x, 2)))) / 6.0**0.5
-        swings = int(np.sum(summarise_loops(x, POLICY.loop_share * span).swings > POLICY.loop_share * span))
+        swings = int(
+            np.sum(summarise_loops(x, POLICY.loop_share * span).swings > POLICY.loop_share * span)
+        )
         most = POLICY.smoothed_most * self.length / max(swings, 1)
         width = min((noise / (POLICY.quiet * span)) ** 2 * self.step, most)
         return width, noise / max(width / self.step, 1.0) ** 0.5
@@ -232,11 +240,12 @@ class _Problem:
         return None
 
     def doubts(self, solution: _Solution) -> tuple[float, float]:
-        """Doubts of begin and drift: by the errors, and by what fewer operators would correct."""
+        """Doubts of begin and drift: by the errors, and of the begin by what fewer operators would correct."""
+        # What is wrong alike from end to end of a log is no drift.
         fewer = self.at(solution.begin, solution.drift, FEWER, True)
         assert fewer is not None
-        begin, drift = np.hypot(solution.doubts, POLICY.misfit * fewer[1])
-        return float(begin) + self.lead, float(drift)
+        begin, drift = solution.doubts
+        return float(np.hypot(begin, POLICY.misfit * fewer[1][0])) + self.lead, drift
 
     def _moved(self, solution: _Solution, correction: Array) -> tuple[float, float]:
         """Begin and drift after a correction at the middle of the input and one of the rate."""
@@ -287,19 +296,23 @@ class _Problem:
         doubts = [np.inf, np.inf]
         if np.linalg.cond(normal) < 1e14:
             correction[: moves.shape[1]] = np.linalg.solve(normal, moves.T @ error)
-            scores = np.array([b.sum(axis=0) for b in np.array_split(moves * error[:, None], BLOCKS)])
+            scores = np.array(
+                [b.sum(axis=0) for b in np.array_split(moves * error[:, None], BLOCKS)]
+            )
             inverse = np.linalg.inv(normal)
             covariance = inverse @ (scores.T @ scores) @ inverse
             doubts[: moves.shape[1]] = (2.0 * np.sqrt(np.diag(covariance))).tolist()
         left = float(np.mean(residual**2)) / spread
-        solution = _Solution(begin, drift, left, float(t[-1] - t[0]), sign > 0.0, (doubts[0], doubts[1]))
+        solution = _Solution(
+            begin, drift, left, float(t[-1] - t[0]), sign > 0.0, (doubts[0], doubts[1])
+        )
         return solution, correction
 
     def _operators(self, rows: Rows, detail: _Detail) -> Array:
         """Plays cut into intervals, (rows, operators)."""
         plays = self.plays(detail.thresholds, rows)
         edges = np.linspace(-1.0, 1.0, detail.intervals + 1)
-        parts = [np.clip(plays, low, high) for low, high in zip(edges[:-1], edges[1:], strict=True)]
+        parts = [np.clip(plays, low, high) for low, high in pairwise(edges)]
         return np.hstack(parts)
 
     def _sign(self, rows: Rows, y: Array) -> float:

@@ -398,7 +398,7 @@ def origin_of(
     stop: float | None,
     samples: Samples,
 ) -> dict[str, Any]:
-    """Where samples came from, as `provenance` says, with a longer log's number of samples and columns that stand still."""
+    """Where samples came from, as `provenance` says, with the samples of a longer log and columns that stand still."""
     rows = samples.rows
     window = [start, stop]
     for k, bound in enumerate(window):

@@ -352,9 +352,7 @@ def _refuse_apart(x: _Signal, y: _Signal, common: bool) -> None:
     )
 
 
-def _no_agreement(
-    x: _Signal, y: _Signal, alignment: Alignment | None, common: bool
-) -> TimeError:
+def _no_agreement(x: _Signal, y: _Signal, alignment: Alignment | None, common: bool) -> TimeError:
     """What is wrong where no offset makes the output follow the input."""
     sizes = f"{x.samples.rows.size} and {y.samples.rows.size} samples"
     result = f"they are too short to compare ({sizes})"
@@ -388,9 +386,9 @@ def _aligned(x: _Signal, y: _Signal, alignment: Alignment, lead: float) -> Findi
         "aligned-clocks",
         f"clocks of {x.file} and {y.file}, by the shape of the signals: {y.file} begins {abs(lead):.6g} s {side} "
         f"{x.file} (within {alignment.begin_doubt:.2g} s); {drift}; {100 * alignment.explained:.4g} % of its variance "
-        f"follow the input then. A lag of the actuator or a sensor makes the output turn late as well. The shape cannot "
-        f"tell it from the clocks, and it was taken out with them. If one clock stamped both files, keep its stamps: "
-        f"--clocks stamps",
+        f"follow the input then. A lag of the actuator or a sensor makes the output turn late as well. The shape "
+        f"cannot tell it from the clocks, and it was taken out with them. If one clock stamped both files, keep its "
+        f"stamps: --clocks stamps",
     )
 
 
@@ -401,9 +399,9 @@ def _alike(x: _Signal, y: _Signal, alignment: Alignment) -> Finding:
     side = "later" if away > 0.0 else "earlier"
     return Finding(
         "alike-periods",
-        f"{y.file} would follow {x.file} as well if it began {abs(away):.4g} s {side}: the motion repeats itself. For a "
-        f"model of the loop it matters little. If it matters to you, begin the log with a motion that comes once, such "
-        f"as a small loop, and log it with both instruments.",
+        f"{y.file} would follow {x.file} as well if it began {abs(away):.4g} s {side}: the motion repeats itself. "
+        f"For a model of the loop it matters little. If it matters to you, begin the log with a motion that comes "
+        f"once, such as a small loop, and log it with both instruments.",
     )
 
 
