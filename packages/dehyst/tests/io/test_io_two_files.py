@@ -2,6 +2,7 @@
 
 import json
 import re
+from itertools import accumulate
 from pathlib import Path
 
 import numpy as np
@@ -107,6 +108,22 @@ def test_a_wide_loop_is_no_offset_and_a_pure_delay_is_one():
     for delay in (0.0, 0.4):
         t, y = logged(8.0 - delay, model=wide)
         assert align(TX, X, t, y).begin == pytest.approx(8.0 - delay, abs=0.5 * STEP)
+
+
+def test_a_first_order_lag_counts_as_offset_as_the_finding_says():
+    pole = np.exp(-0.002 / 0.1)
+    y = PI.simulate(motion(FINE))
+    late = np.fromiter(accumulate(y, lambda last, now: pole * last + (1.0 - pole) * now), float)
+    t = np.arange(0.0, 90.0, 0.013)
+    found = align(TX, X, t, np.interp(8.0 + t, FINE, late))
+    assert found.begin == pytest.approx(8.0 - 0.1, abs=0.02)
+
+
+def test_a_hole_in_the_log_of_the_input_moves_nothing():
+    t, y = logged(8.0)
+    rows = np.r_[0:1500, 2000 : TX.size]
+    found = align(TX[rows], X[rows], t, y)
+    assert found.begin == pytest.approx(8.0, abs=0.5 * STEP)
 
 
 def test_a_falling_output_is_aligned_as_a_rising_one():
