@@ -214,6 +214,16 @@ def test_epochs_that_overlap_are_kept_and_a_disagreement_is_said(files):
     assert aligned.provenance["clocks"]["begin_s"] == pytest.approx(7.31, abs=0.2 * STEP)
 
 
+def test_two_loggers_that_both_begin_at_zero_are_no_one_clock_in_silence(files, tmp_path):
+    places = files()
+    write_csv(tmp_path / "y.csv", {"time_s": TX, "position_um": held(TX + 3.0)})
+    record = read_two_files(*places)
+    assert codes(record) == ["shape-offset"]
+    assert re.search(r"turns (3|2\.99|3\.0\d?) s before the input", record.findings[0].message)
+    aligned = read_two_files(*places, clocks="shape")
+    assert aligned.provenance["clocks"]["begin_s"] == pytest.approx(3.0, abs=0.2 * STEP)
+
+
 def test_epochs_an_hour_apart_are_aligned(files):
     record = read_two_files(*files(zero=1.76e9, y_zero=1.76e9 + 3607.31))
     assert codes(record) == ["aligned-clocks"]

@@ -133,7 +133,7 @@ class ReadingPolicy:
     # A scheduling column may begin later or end earlier by this share of the recording.
     uncovered: float = 0.02
 
-    # Stamps of two files that differ by less than this share of a step were written by one logger.
+    # Stamps of two files that differ by less than this share of a step are equal.
     equal_stamps: float = 0.1
     # Clocks of two files are aligned from so many samples of each on. [samples]
     aligned_from: int = 20

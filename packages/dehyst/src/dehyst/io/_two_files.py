@@ -197,7 +197,8 @@ def read_two_files(
     >>> t = np.arange(0.0, 60.0, 0.05)
     >>> u = lambda t: np.sin(t) + 0.4 * np.sin(0.37 * t)
     >>> np.savetxt(folder / "u.csv", np.c_[t, u(t)], delimiter=",", header="time_s,voltage_V", comments="")
-    >>> np.savetxt(folder / "y.csv", np.c_[t, 3 * u(t + 2.5)], delimiter=",", header="time_s,position_mm", comments="")
+    >>> rows = np.c_[t, 3 * u(t + 2.5)][:999]
+    >>> np.savetxt(folder / "y.csv", rows, delimiter=",", header="time_s,position_mm", comments="")
     >>> rec = read_two_files((folder / "u.csv", "voltage"), (folder / "y.csv", "position"))
     >>> round(rec.provenance["clocks"]["begin_s"], 2), rec.findings[0].code
     (2.5, 'aligned-clocks')
@@ -295,11 +296,6 @@ def _on_input_clock(
     assert tx is not None and ty is not None
     common = x.absolute == y.absolute
     logged = ty + (y.origin - x.origin)
-    if clocks != "shape" and common and tx.size == logged.size:
-        apart = np.abs(tx - logged)
-        # Equal stamps were written by one logger.
-        if np.nanmax(apart, initial=0.0) <= POLICY.equal_stamps * usual_step(tx):
-            return logged, None, []
     if clocks == "stamps":
         _refuse_apart(x, y, common)
         return logged, None, []
@@ -307,7 +303,9 @@ def _on_input_clock(
     assert clean_x.time is not None and clean_y.time is not None
     alignment = align(clean_x.time, clean_x.values[0], clean_y.time, clean_y.values[0])
     shift = float(clean_y.time[0]) + (y.origin - x.origin)
-    if clocks == "auto" and x.absolute and y.absolute and _overlap(tx, logged):
+    dated = x.absolute and y.absolute and _overlap(tx, logged)
+    # Equal stamps were written by one logger, or by two that both begin at zero: the shape then says so.
+    if clocks == "auto" and (dated or (common and _equal(tx, logged))):
         return logged, None, _beside_stamps(x, y, alignment, shift)
     if alignment is None or alignment.explained < POLICY.least_explained:
         raise _no_agreement(x, y, alignment, common)
@@ -331,6 +329,13 @@ def _refuse_without_clock(x: _Signal, y: _Signal, dt: float | None) -> None:
         f"shape of their signals.",
         log=missing[0].file,
     )
+
+
+def _equal(tx: Array, ty: Array) -> bool:
+    """Whether two logs have the same stamps."""
+    if tx.size != ty.size:
+        return False
+    return bool(np.nanmax(np.abs(tx - ty), initial=0.0) <= POLICY.equal_stamps * usual_step(tx))
 
 
 def _overlap(tx: Array, ty: Array) -> bool:
