@@ -310,9 +310,9 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Begin with a motion that comes once, such as a small loop. For a model of the loop it matters little.",
         ),
         "shape-offset": (
-            "Two files have equal stamps, or dates and epochs that overlap. They were kept, and the output "
-            "follows the input better with an offset beside them: a lag, or clocks that differ. An output that turns before its input is "
-            "no lag.",
+            "Two files have equal stamps, or dates and epochs that overlap. They were kept, and the output follows the "
+            "input better with an offset beside them: a lag, or clocks that differ. An output that turns before its "
+            "input is no lag.",
             "If the clocks are to blame, `--clocks shape`.",
         ),
     },
