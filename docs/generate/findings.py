@@ -298,6 +298,23 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "{TOGETHER:%} of the rows hold both). The output was interpolated at the input's stamps.",
             "Log both in one row: a delay between the clocks looks like hysteresis.",
         ),
+        "aligned-clocks": (
+            "Input and output stand in two files with clocks of their own. Offset and drift were taken that let the "
+            "output follow the input best, as a sum of plays; at least {LEAST_EXPLAINED:%} of its variance do. Such a "
+            "sum has loops of any width and no lag, so a lag of the actuator or the sensor counts as offset and is "
+            "taken out.",
+            "None, unless one clock stamped both files: then `--clocks stamps`. To know a lag, log both by one clock.",
+        ),
+        "alike-periods": (
+            "Two files were aligned, and another offset does as well, because the motion repeats itself.",
+            "Begin with a motion that comes once, such as a small loop. For a model of the loop it matters little.",
+        ),
+        "shape-offset": (
+            "Two files have equal stamps, or dates and epochs that overlap. They were kept, and the output follows the "
+            "input better with an offset beside them: a lag, or clocks that differ. An output that turns before its "
+            "input is no lag.",
+            "If the clocks are to blame, `--clocks shape`.",
+        ),
     },
     "Reading a log: signals": {
         "held-input": (

@@ -429,6 +429,19 @@ def axis_sheet(play=0.04, repeats=3, approach=2.0, unit=" [mm]", factor=1.0):
     return write
 
 
+def two_files(begin):
+    """What writes input and output on clocks of their own, the output from a time on, by its stamps from `begin`."""
+
+    def write(folder):
+        time, x = wave()
+        time = time + begin
+        write_csv(folder / "u.csv", {"time_s": time, "volt": x})
+        write_csv(folder / "y.csv", {"time_s": time[40:] - 1.5, "angle": PI.simulate(x)[40:]})
+
+    return write
+
+
+TWO_FILES = "identify u.csv:volt y.csv:angle --family pi --n 10"
 IDENTIFY = f"identify log.csv {PAIR}"
 AXIS = "backlash table m.csv --machine marlin"
 MUSCLE = "muscle sarosi --log log.csv"
@@ -477,6 +490,8 @@ CURES: dict[str, list[Cure]] = {
         Cure(named_time("time", 1e3), BARE, r"--time-unit ms"),
     ],
     "day-numbers": [Cure(day_numbers, BARE, "--time-unit s")],
+    "aligned-clocks": [Cure(two_files(0.0), TWO_FILES, "--clocks stamps")],
+    "shape-offset": [Cure(two_files(1.76e9), TWO_FILES, "--clocks shape")],
     "several-time-columns": [
         Cure(two_times, BARE, r"--time time_s"),
         Cure(plain, f"{BARE} --dt 0.05", "leave --dt out", BARE),

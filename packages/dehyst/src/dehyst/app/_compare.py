@@ -9,7 +9,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsed
 from rich.table import Column
 from rich.text import Text
 
-from dehyst.app._logs import named_columns, read_logs
+from dehyst.app._logs import files_of, named_columns, read_logs, typed_clocks
 from dehyst.app._targets import (
     FAMILIES,
     MODEL,
@@ -37,11 +37,11 @@ from dehyst.shell import command, schedules_to_type
 def run_compare(request: CompareRequest) -> None:
     """Read, identify every family, draw, print."""
     refuse_clashes(
-        request.logs, request.overwrite, save=(request.save, MODEL), report=(request.report, PAGE),
+        files_of(request.logs), request.overwrite, save=(request.save, MODEL), report=(request.report, PAGE),
         figure=(request.figure, FAMILIES),
     )  # fmt: skip
     if request.save is not None:
-        refuse_other_model(request.save, request.overwrite, request.logs, {})
+        refuse_other_model(request.save, request.overwrite, files_of(request.logs), {})
     families = _families(request.families)
     request = named_columns("compare", request, request.json)
     with ask_progress("reading", request.json) as progress:
@@ -215,7 +215,7 @@ def _next(comparison: Comparison, request: CompareRequest) -> str:
     return command(
         "identify", *request.logs, input=request.input, output=request.output, time=request.time,
         time_unit=request.time_unit, sheet=request.sheet, **windows, train_fraction=request.train_fraction,
-        family=family, dt=request.dt,
+        family=family, dt=request.dt, clocks=typed_clocks(request),
         save="model.json", report="report.html",
     )  # fmt: skip
 

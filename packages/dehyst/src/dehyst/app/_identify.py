@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from dehyst.app._logs import named_columns, read_logs, seconds_ahead
+from dehyst.app._logs import files_of, named_columns, read_logs, seconds_ahead
 from dehyst.app._targets import (
     MODEL,
     PAGE,
@@ -42,10 +42,13 @@ def run_identify(request: IdentifyRequest) -> None:
     """Read, identify, save, report, print."""
     # The files are checked first: the work may take long, and its result must not be lost at its end.
     refuse_clashes(
-        request.logs, request.overwrite, save=(request.save, MODEL), report=(request.report, PAGE)
+        files_of(request.logs),
+        request.overwrite,
+        save=(request.save, MODEL),
+        report=(request.report, PAGE),
     )
     if request.save is not None:
-        refuse_other_model(request.save, request.overwrite, request.logs, _known(request))
+        refuse_other_model(request.save, request.overwrite, files_of(request.logs), _known(request))
     if request.figures is not None:
         refuse_unwritable(request.figures, folder=True)
     _refuse_options(request)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Sequence
+from typing import Any
 
 from rich.cells import cell_len
 from rich.console import Console
@@ -20,8 +21,18 @@ from dehyst.app._terminal import (
     terminal,
 )
 from dehyst.app.requests import ExampleRequest, InspectRequest
+from dehyst.data import Loops, loops_of
+from dehyst.errors import ParameterError
 from dehyst.files import write_atomically
-from dehyst.io import ColumnSummary, Sampling, example_csv, inspect_log
+from dehyst.io import (
+    ColumnSummary,
+    LogSummary,
+    Sampling,
+    example_csv,
+    inspect_log,
+    read_two_files,
+)
+from dehyst.io import kit as io_kit
 from dehyst.shell import command, visible
 
 # Letters left for the last column of the table at least.
@@ -34,6 +45,14 @@ NUMBERS = HEADS[2:6]
 
 def run_inspect(request: InspectRequest) -> None:
     """Print columns, sampling, runs and the line to type next."""
+    if request.second is not None or io_kit.two_places([request.log]) is not None:
+        _inspect_two(request)
+        return
+    if request.clocks != "auto":
+        raise ParameterError(
+            f"--clocks {request.clocks} is about input and output in two files. Leave it out, or name both: "
+            f"dehyst inspect u.csv:COLUMN y.csv:COLUMN"
+        )
     with ask_progress("reading", request.json) as progress:
         summary = inspect_log(
             request.log,
@@ -47,22 +66,10 @@ def run_inspect(request: InspectRequest) -> None:
         print_json(summary.as_dict())
         return
     out = terminal()
-    title = f"{summary.name}: {summary.rows} rows"
-    if summary.run is not None:
-        title += f" of run '{summary.run}'"
-    out.print(title, style="bold")
-    if len(summary.runs) > 1:
-        out.print("runs: " + ", ".join(f"{name} ({count})" for name, count in summary.runs.items()))
-    if summary.sampling is not None:
-        out.print(_sampling_line(summary.sampling))
-    out.print()
-    print_columns(out, summary.columns)
+    _print_columns_of(out, summary)
     if summary.numbers is not None:
         pair = f"{visible(summary.output or '')} over {visible(summary.input or '')}"
-        numbers = summary.numbers
-        out.print(
-            f"\nlargest loops, {pair}: {numbers.opening_words}\n{numbers.words}", soft_wrap=True
-        )
+        _print_loops(out, pair, summary.numbers)
     print_findings(summary.findings)
     if summary.doubt:
         out.print(f"\nnot sure: {summary.doubt}", soft_wrap=True)
@@ -75,6 +82,70 @@ def run_inspect(request: InspectRequest) -> None:
         out.print(
             "no pair of columns looks like input and output; name them: --input COLUMN --output COLUMN"
         )
+
+
+def _inspect_two(request: InspectRequest) -> None:
+    """Print the columns of two files, and what reading input and output from them finds."""
+    logs = [log for log in (request.log, request.second) if log is not None]
+    places = io_kit.two_places(logs)
+    if places is None:
+        raise ParameterError(
+            f"dehyst inspect shows one log, and here are {len(logs)}. To read input and output from two files, name a "
+            f"column of each: {command('inspect', *(f'{log}:COLUMN' for log in logs))}"
+        )
+    part: dict[str, Any] = {"dt": request.dt, "sheet": request.sheet}
+    with ask_progress("reading", request.json):
+        summaries = [inspect_log(place.path, request.run, **part) for place in places]
+        record = read_two_files(
+            *places, clocks=request.clocks, run=request.run, time_unit=request.time_unit, **part
+        )
+        numbers = loops_of([record], largest_only=True)
+    following = command(
+        "identify", *logs, run=request.run, time_unit=request.time_unit, dt=request.dt,
+        sheet=request.sheet, clocks=None if request.clocks == "auto" else request.clocks,
+    )  # fmt: skip
+    if request.json:
+        print_json(
+            {
+                "files": [summary.as_dict() for summary in summaries],
+                "samples": len(record),
+                "clocks": record.provenance.get("clocks"),
+                "numbers": numbers and numbers.summary,
+                "findings": [entry.as_dict() for entry in record.findings],
+                "command": following,
+            }
+        )
+        return
+    out = terminal()
+    for summary in summaries:
+        _print_columns_of(out, summary)
+        out.print()
+    out.print(f"{record.name}: {len(record)} samples of both", style="bold")
+    if numbers is not None:
+        _print_loops(
+            out, f"{visible(record.output_label)} over {visible(record.input_label)}", numbers
+        )
+    print_findings(record.findings)
+    print_end(following)
+
+
+def _print_loops(out: Console, pair: str, numbers: Loops) -> None:
+    """The main numbers of the largest loops."""
+    out.print(f"\nlargest loops, {pair}: {numbers.opening_words}\n{numbers.words}", soft_wrap=True)
+
+
+def _print_columns_of(out: Console, summary: LogSummary) -> None:
+    """Rows, runs, clock and columns of a file."""
+    title = f"{summary.name}: {summary.rows} rows"
+    if summary.run is not None:
+        title += f" of run '{summary.run}'"
+    out.print(title, style="bold")
+    if len(summary.runs) > 1:
+        out.print("runs: " + ", ".join(f"{name} ({count})" for name, count in summary.runs.items()))
+    if summary.sampling is not None:
+        out.print(_sampling_line(summary.sampling))
+    out.print()
+    print_columns(out, summary.columns)
 
 
 def _sampling_line(s: Sampling) -> str:

@@ -82,6 +82,38 @@ def parts_of(request: LogsRequest) -> list[dict[str, Any]]:
     return [{**clock, "start": a, "stop": b} for a, b in bounds]
 
 
+def files_of(logs: Sequence[Path]) -> list[Path]:
+    """Files that a command reads: of ``FILE:COLUMN`` the file."""
+    places = io_kit.two_places(logs)
+    if places is None:
+        return list(logs)
+    return [place.path for place in places]
+
+
+def typed_clocks(request: IdentifyRequest | CompareRequest | LoopsRequest) -> str | None:
+    """What --clocks has to be typed again, None for the default."""
+    if request.clocks == "auto":
+        return None
+    return request.clocks
+
+
+def _refuse_two_names(request: IdentifyRequest | CompareRequest | LoopsRequest) -> None:
+    """Refuse options that name columns a second time, or clocks where there is one file."""
+    if io_kit.two_places(request.logs) is None:
+        if request.clocks != "auto":
+            raise ParameterError(
+                f"--clocks {request.clocks} is about input and output in two files, and these are whole logs. Leave it "
+                f"out, or name two columns: u.csv:COLUMN y.csv:COLUMN"
+            )
+        return
+    names = options_line(input=request.input, output=request.output)
+    if names:
+        raise ParameterError(
+            f"{names} names a column, and {request.logs[0]} {request.logs[1]} name both already, the input first. "
+            f"Leave the option out."
+        )
+
+
 def named_columns(command: str, request: R, quiet: bool) -> R:
     """Return the request with the columns of input and output: as named, else as proposed for the first log.
 
@@ -92,7 +124,8 @@ def named_columns(command: str, request: R, quiet: bool) -> R:
     ColumnError
         If names and units leave a choice; the columns have been printed on the error stream then.
     """
-    if request.input and request.output:
+    _refuse_two_names(request)
+    if (request.input and request.output) or io_kit.two_places(request.logs):
         return request
     # Not loaded where columns are named.
     from dehyst.io import inspect_log
@@ -141,6 +174,9 @@ def read_logs(
     request: IdentifyRequest | CompareRequest | LoopsRequest, progress: Shares
 ) -> list[Read]:
     """Return the recordings of a request whose columns are named, each with its log and run."""
+    places = io_kit.two_places(request.logs)
+    if places is not None:
+        return with_schedules(request, _read_two_files(request, *places))
     columns = request.input or "", request.output or ""
     read: list[Read] = []
     for log in request.logs:
@@ -149,6 +185,23 @@ def read_logs(
                 record = read_log(log, *columns, run=run, progress=progress, **part)
                 read.append((log, run, record))
     return with_schedules(request, read)
+
+
+def _read_two_files(
+    request: IdentifyRequest | CompareRequest | LoopsRequest,
+    input: tuple[Path, str],
+    output: tuple[Path, str],
+) -> list[Read]:
+    """Return the recordings of input and output in two files; further signals are read from that of the input."""
+    # Not loaded where there is one file.
+    from dehyst.io import read_two_files
+
+    read: list[Read] = []
+    for run in request.runs or (None,):
+        for part in parts_of(request):
+            record = read_two_files(input, output, clocks=request.clocks, run=run, **part)
+            read.append((input[0], run, record))
+    return read
 
 
 def recordings_of(

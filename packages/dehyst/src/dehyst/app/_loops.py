@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from dehyst.app._logs import named_columns, read_logs
+from dehyst.app._logs import files_of, named_columns, read_logs, typed_clocks
 from dehyst.app._targets import LOOPS, PAGE, refuse_clashes
 from dehyst.app._terminal import (
     ask_progress,
@@ -29,7 +29,7 @@ def run_loops(request: LoopsRequest) -> None:
     mark = LOOPS
     if request.out is not None and request.out.suffix.lower() == ".html":
         mark = PAGE
-    refuse_clashes(request.logs, request.overwrite, out=(request.out, mark))
+    refuse_clashes(files_of(request.logs), request.overwrite, out=(request.out, mark))
     request = named_columns("loops", request, request.json)
     with ask_progress("reading", request.json) as progress:
         records = [record for *_, record in read_logs(request, progress)]
@@ -76,8 +76,17 @@ def _print(measured: Loops, records: Sequence[Recording], request: LoopsRequest)
     print_findings(_findings(records))
     following = ""
     if request.out is None:
+        logs = request.logs[:1]
+        if request.input is None:
+            logs = request.logs
         following = command(
-            "loops", request.logs[0], input=request.input, output=request.output, out="loops.svg"
+            "loops",
+            *logs,
+            input=request.input,
+            output=request.output,
+            dt=request.dt,
+            clocks=typed_clocks(request),
+            out="loops.svg",
         )
     print_end(following, picture=request.out)
 

@@ -138,7 +138,10 @@ def refuse_other_model(
     provenance = existing["provenance"]
     # A setting may stand in the model, its provenance or the settings, whichever the family writes.
     had = {**existing, **provenance, **provenance.get("settings", {})}
-    old = {log.get("sha256") for log in provenance.get("logs", [provenance])}
+    earlier_logs = provenance.get("logs", [provenance])
+    old = {log.get("sha256") for log in earlier_logs}
+    # Of input and output in two files the second has its own.
+    old |= {log["output_sha256"] for log in earlier_logs if "output_sha256" in log}
     for name, value in settings.items():
         if had.get(name, value) != value:
             raise _other_model(path, f"of {name} {had[name]}, where this one is of {value}")

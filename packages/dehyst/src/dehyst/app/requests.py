@@ -19,6 +19,11 @@ COMMON = {  # name of a field -> its flag and its help, the same in every comman
         "Sheet of a workbook, by name or number; by default the one with the most numbers.",
     ),
     "dt": ("--dt", "Seconds from one row to the next, where the log has no time column."),
+    "clocks": (
+        "--clocks",
+        "Of input and output in two files: keep their stamps, align them by the shape of the signals, or auto: keep "
+        "equal stamps and dates.",
+    ),
     "run": ("--run", "Run to use, if the log holds several."),
     "runs": ("--run", "Run to use, if a log holds several; repeat for more."),
     "start": ("--from", "Leave out samples before this time [s]."),
@@ -54,6 +59,8 @@ def argument(about: str, default: Any = MISSING, *, metavar: str | None = None) 
     return field(default=default, metadata={"about": about, "metavar": metavar, "argument": True})
 
 
+CLOCKS = "auto|stamps|shape"
+LOGS = "One log file or several, fitted together; or input and output in two files: u.csv:COLUMN y.csv:COLUMN."
 LOG = "Log file: .csv(.gz), .mat, .npz; with extras .mcap, .bag, .mf4, .parquet."
 MODEL = "Model file written by `dehyst identify ... --save`."
 BEGIN = "Past of the actuator; by default model: that of the identified log at its first sample."
@@ -87,7 +94,8 @@ class LogsRequest:
 class IdentifyRequest(LogsRequest):
     """Identify a hysteresis model and its inverse from a log."""
 
-    logs: tuple[Path, ...] = argument("One log file or several, fitted together.", metavar="log")
+    logs: tuple[Path, ...] = argument(LOGS, metavar="log")
+    clocks: str = option(default="auto", metavar=CLOCKS)
     family: str = option(
         "auto: the best there is for this log; or pi (the paper), pi-cumulative, modified-pi, stop, static, direct-"
         "inverse, or any family of `dehyst compare`.",
@@ -196,6 +204,12 @@ class InspectRequest:
     """Show columns, units, sampling, gaps and loops of a log, and the line to type next."""
 
     log: Path = argument(LOG)
+    second: Path | None = argument(
+        "Of input and output in two files, u.csv:COLUMN y.csv:COLUMN, the output.",
+        None,
+        metavar="output",
+    )
+    clocks: str = option(default="auto", metavar=CLOCKS)
     run: str | None = option()
     time_unit: str | None = option()
     dt: float | None = option()
@@ -207,7 +221,11 @@ class InspectRequest:
 class LoopsRequest(LogsRequest):
     """Measure every loop of a log: width, opening, loss or area, coercivity, remanence, slopes, change by cycle."""
 
-    logs: tuple[Path, ...] = argument("One log file or several of one actuator.", metavar="log")
+    logs: tuple[Path, ...] = argument(
+        "One log file or several of one actuator; or two files: u.csv:COLUMN y.csv:COLUMN.",
+        metavar="log",
+    )
+    clocks: str = option(default="auto", metavar=CLOCKS)
     symmetric: bool = option(
         "Complete half a loop, where there is no whole one, by odd symmetry about its centre.",
         False,
@@ -339,7 +357,8 @@ class VerifyRequest:
 class CompareRequest(LogsRequest):
     """Identify every hysteresis family from a log: errors, parameters, time, inverses, side by side."""
 
-    logs: tuple[Path, ...] = argument("One log file or several, fitted together.", metavar="log")
+    logs: tuple[Path, ...] = argument(LOGS, metavar="log")
+    clocks: str = option(default="auto", metavar=CLOCKS)
     families: str | None = option(
         "Only these, with commas, e.g. pi,preisach,bouc-wen; default all."
     )

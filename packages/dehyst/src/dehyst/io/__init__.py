@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from dehyst.io._logs import read_log as read_log
     from dehyst.io._logs import read_signal as read_signal
     from dehyst.io._table import LogTable as LogTable
+    from dehyst.io._two_files import read_two_files as read_two_files
     from dehyst.io._write import format_csv as format_csv
     from dehyst.io._write import write_csv as write_csv
     from dehyst.io._write import write_mcap as write_mcap
@@ -42,6 +43,7 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_layout": "TableLayout",
         "_logs": "LogColumns LogSignal read_columns read_log read_signal",
         "_table": "LogTable",
+        "_two_files": "read_two_files",
         "_write": "format_csv write_csv write_mcap",
     },
 )

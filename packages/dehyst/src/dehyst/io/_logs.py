@@ -188,7 +188,7 @@ def read_log(
         output_unit=y_unit,
         breaks=samples.breaks,
         findings=tuple(about.findings),
-        provenance=_origin(
+        provenance=origin_of(
             table, {"input": x_name, "output": y_name, "time": clock}, chosen, start, stop, samples
         ),
     )
@@ -270,7 +270,7 @@ def read_signal(
             f"{table.name} has no time column; samples are taken as evenly spaced. If they are, --dt 0.01 says "
             f"how many seconds lie between them.",
         )
-    origin = _origin(table, {"column": name, "time": clock}, chosen, start, stop, samples)
+    origin = origin_of(table, {"column": name, "time": clock}, chosen, start, stop, samples)
     bare, unit = table.label(name)
     return LogSignal(
         samples.values[0], samples.time, bare, unit, samples.breaks, tuple(about.findings), origin
@@ -364,7 +364,7 @@ def read_columns(
         samples.time,
         _of_run(table, which),
         tuple(about.findings),
-        _origin(table, {**names, "time": clock}, which, start, stop, samples),
+        origin_of(table, {**names, "time": clock}, which, start, stop, samples),
     )
 
 
@@ -396,7 +396,7 @@ def _of_run(table: LogTable, run: str | None) -> str:
     return f"{table.name}, run {run}"
 
 
-def _origin(
+def origin_of(
     table: LogTable,
     columns: dict[str, str | None],
     run: str | None,
@@ -404,6 +404,7 @@ def _origin(
     stop: float | None,
     samples: Samples,
 ) -> dict[str, Any]:
+    """Where samples came from, as `provenance` says, with the samples of a longer log and columns that stand still."""
     rows = samples.rows
     window = [start, stop]
     for k, bound in enumerate(window):

@@ -133,5 +133,35 @@ class ReadingPolicy:
     # A scheduling column may begin later or end earlier by this share of the recording.
     uncovered: float = 0.02
 
+    # Stamps of two files that differ by less than this share of a step are equal.
+    equal_stamps: float = 0.1
+    # Clocks of two files are aligned from so many samples of each on. [samples]
+    aligned_from: int = 20
+    # Two files overlap by this share of the shorter one: what a few samples agree in is chance.
+    least_overlap: float = 0.3
+    # The output follows the input with this share of its variance, or the files are not of one motion.
+    least_explained: float = 0.8
+    # Another offset that leaves less than so many times the squares is as good: periods that are alike ... [factor]
+    as_good: float = 1.1
+    # ... or where both leave less than this more, a fiftieth of the deviation, ...
+    alike: float = 4e-4
+    # ... of which those that cover nearly as much as the longest are compared by what they leave.
+    as_long: float = 0.9
+    # An output falls with its input only if that leaves less than this share of what a rising one leaves.
+    falls: float = 0.5
+    # What half as many operators would correct counts so many times in the doubt: loops of other families than plays,
+    # aligned with known clocks, were off by up to that. [factor]
+    misfit: float = 2.0
+    # Noise of the input is smoothed down to this share of its range, for plays hold its peaks, ...
+    quiet: float = 0.001
+    # ... by a mean over this share of a swing at most.
+    smoothed_most: float = 0.03
+    # Smoothing may shift a turn of wide loops by this share of the width of the mean.
+    smoothing_shifts: float = 0.2
+    # The widest plays are determined once the input has passed this share of its range.
+    passed: float = 0.8
+    # Clocks of instruments differ by a few hundred ppm, and a time between rows that was typed by a percent or two.
+    largest_drift: float = 0.02
+
 
 POLICY = ReadingPolicy()

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from dehyst.io._table import finite as finite
     from dehyst.io._table import measured as measured
     from dehyst.io._text import open_text as open_text
+    from dehyst.io._two_files import two_places as two_places
     from dehyst.io._write import require_table_name as require_table_name
     from dehyst.io._write import write_table as write_table
 
@@ -43,6 +44,7 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_logs": "at_samples",
         "_table": "LARGEST finite measured",
         "_text": "open_text",
+        "_two_files": "two_places",
         "_write": "require_table_name write_table",
     },
 )
