@@ -145,11 +145,11 @@ def read_two_files(
     clocks: Literal["auto", "stamps", "shape"] | str = "auto",
     time: str | None = None,
     run: str | None = None,
+    time_unit: str | float | None = None,
+    sheet: str | int | None = None,
     start: float | None = None,
     stop: float | None = None,
-    time_unit: str | float | None = None,
     dt: float | None = None,
-    sheet: str | int | None = None,
 ) -> Recording:
     """Read the input of an actuator from one file and its output from another, logged by two instruments.
 
