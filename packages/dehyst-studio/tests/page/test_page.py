@@ -93,6 +93,7 @@ def test_every_option_that_a_message_prescribes_has_a_control_in_the_studio():
     elsewhere = {
         "--shear",
         "--symmetric",
+        "--clocks",
         "--families",
         "--save",
         "--json",

@@ -90,7 +90,7 @@ def _inspect_two(request: InspectRequest) -> None:
     places = io_kit.two_places(logs)
     if places is None:
         raise ParameterError(
-            f"dehyst inspect shows one log, and here are {len(logs)}. To read input and output from two files, name a "
+            f"inspect shows one log, and here are {len(logs)}. To read input and output from two files, name a "
             f"column of each: {command('inspect', *(f'{log}:COLUMN' for log in logs))}"
         )
     part: dict[str, Any] = {"dt": request.dt, "sheet": request.sheet}
