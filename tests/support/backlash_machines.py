@@ -67,9 +67,6 @@ class LinuxCNC(Plain):
                 self.forward.append(float(np.float32(forward)))
                 self.reverse.append(float(np.float32(reverse)))
 
-    def motor(self, target):
-        raise NotImplementedError
-
     def go(self, target):
         # Along the way too, since the play is taken up there.
         for place in np.linspace(self.command, target, 8)[1:]:

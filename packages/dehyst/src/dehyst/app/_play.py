@@ -219,7 +219,7 @@ def _after(
         card.output, record.output[part], record.output_unit, f"'{record.output_name}'"
     )
     time = None if record.time is None else record.time[part]
-    signals = {name: record.schedules[name][part] for name in model.needs}
+    signals = record.signals(model.needs, part)
     known = models_kit.known_past(model, x, y, time, signals)
     low, high = card.output.low, card.output.high
     height = float(np.ptp(y))

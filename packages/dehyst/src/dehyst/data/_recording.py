@@ -225,6 +225,10 @@ class Recording(Plotted):
         edges = (0, *self.breaks, len(self))
         return tuple(slice(a, b) for a, b in itertools.pairwise(edges))
 
+    def signals(self, names: Sequence[str], part: slice = slice(None)) -> dict[str, Array]:
+        """Return the schedules of these names along a part of the recording, (T,) each; as a model's `needs` asks."""
+        return {name: np.ascontiguousarray(self.schedules[name][part]) for name in names}
+
     @classmethod
     def from_frame(
         cls, frame: Any, input: str, output: str, *, time: str | None = None, **more: Any

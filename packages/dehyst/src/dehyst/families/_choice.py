@@ -418,8 +418,10 @@ class Workshop:
         """Return the weights of a sum that has fewer terms and is next to the full one, also on other motions."""
         signal, dt = self._probe
         schedules = len(self.training.schedules)
-        # A sum is linear in its schedules, so that their ends are enough.
-        ends = (0.0, 1.0)[: 1 + min(schedules, 1)]
+        ends = [0.0]
+        if schedules:
+            # A sum is linear in its schedules, so that their ends are enough.
+            ends = [0.0, 1.0]
         motions = list(product((1.0, -1.0), ends))
         every = -(-2 * signal.size // PROBED_ROWS)
         probed = np.arange(0, signal.size, every)

@@ -58,7 +58,7 @@ DIRECTIONS = ("forward", "inverse")
 LAGS = ("creep", "relax", "past", "product")
 SQUARE = 17  # points
 MIDDLE = 1e12  # of a range so wide that what is scaled is in its middle
-SOURCES = 2  # given signals
+SOURCES = 2  # signals that the core takes beside its input
 AHEAD = 2  # numbers of the memory in front of the elements: the input of the sample before, and its step
 
 Pairs = tuple[tuple[float, ...], tuple[float, ...]]

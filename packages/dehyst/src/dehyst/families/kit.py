@@ -6,6 +6,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from dehyst.families._elements import KINDS as KINDS
     from dehyst.families._elements import LAGS as LAGS
+    from dehyst.families._elements import SOURCES as SOURCES
     from dehyst.families._lateness import ChosenRow as ChosenRow
     from dehyst.families._loop_work import DeadBand as DeadBand
     from dehyst.families._loop_work import work as work
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 __getattr__, __dir__, __all__ = lazy_names(
     "dehyst.families.kit",
     {
-        "_elements": "KINDS LAGS",
+        "_elements": "KINDS LAGS SOURCES",
         "_lateness": "ChosenRow",
         "_loop_work": "DeadBand work",
         "_policy": "POLICY",

@@ -10,13 +10,12 @@ import numpy as np
 from dehyst.arrays import Array
 from dehyst.data import Recording, range_over
 from dehyst.errors import ExcitationError, ParameterError
+from dehyst.families import kit as families_kit
 from dehyst.findings import Finding
 from dehyst.identification._policy import POLICY
-from dehyst.models import Model
 
-EVERYTHING = slice(None)
 RESERVED = ("x", "y", "u", "time", "measured", "limit", "value", "period", "output")
-MOST = 2  # signals that the core takes beside its input
+MOST = families_kit.SOURCES
 FOLDS = 5
 HALF_OF_RANGE = 0.5
 RESOLVED = 1e-9  # of its size: a signal that moves less stands still
@@ -161,17 +160,12 @@ def without_gain(
     )
 
 
-def signals_for(model: Model, record: Recording, part: slice = EVERYTHING) -> dict[str, Array]:
-    """Return the signals that a model needs beside its input, along a part of a recording."""
-    return {name: record.schedules[name][part] for name in model.needs}
-
-
-def scheduling_of(record: Recording, part: slice, columns: int = MOST) -> Array | None:
+def scheduling_of(record: Recording, part: slice) -> Array | None:
     """Return the signals of a part of a recording as the core takes them, (T, 2); None where there are none."""
     if not record.schedules:
         return None
     size = len(range(*part.indices(len(record))))
-    scheduling = np.zeros((size, columns))
+    scheduling = np.zeros((size, MOST))
     for source, values in enumerate(record.schedules.values()):
         scheduling[:, source] = values[part]
     return scheduling

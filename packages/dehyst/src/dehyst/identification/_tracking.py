@@ -14,7 +14,6 @@ from dehyst.errors import DehystError
 from dehyst.identification._data import outputs_of
 from dehyst.identification._families import STATIC
 from dehyst.identification._fit import Fit, Option
-from dehyst.identification._schedules import signals_for
 
 MOST_SAMPLES = 20_000  # of a recording; of longer ones every second, third, ... sample
 
@@ -68,7 +67,7 @@ def tracking_errors(
         for j, plant in enumerate(models):
             if not rivals[j]:
                 continue
-            signals = signals_for(plant, record, part)
+            signals = record.signals(plant.needs, part)
             applied = plant.simulate(record.input[part], time, **signals)
             for i, demand in enumerate(demands):
                 # No model is its own judge.
@@ -96,7 +95,7 @@ def _demand(model: Any, record: Recording, part: slice) -> Array | None:
         time = time[part]
     try:
         demand = model.inverse().simulate(
-            record.output[part], time, **signals_for(model, record, part)
+            record.output[part], time, **record.signals(model.needs, part)
         )
     except DehystError:  # no inverse
         return None

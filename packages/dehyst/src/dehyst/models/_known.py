@@ -8,8 +8,9 @@ can have, for every family; samples that move far enough make it certain whateve
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
@@ -49,8 +50,6 @@ class KnownPast(Generic[M]):
         Begun with the memory behind the last sample, and with that before the first one.
     error
         Of its answer over these samples, rms; not a number if only the input was known. [output]
-    doubt
-        By how much its next answers may be off, as other pasts explain these samples nearly as well. [output]
     turns
         Inputs between which the strokes before the first sample went; empty if only the input was known. [input]
     """
@@ -58,8 +57,13 @@ class KnownPast(Generic[M]):
     model: M
     before: M
     error: float
-    doubt: float
-    turns: tuple[float, ...] = ()
+    turns: tuple[float, ...]
+    _apart: Callable[[], float] = field(repr=False, compare=False)
+
+    @cached_property
+    def doubt(self) -> float:
+        """By how much its next answers may be off, as other pasts explain these samples nearly as well. [output]"""
+        return self._apart()
 
 
 @dataclass(frozen=True)
@@ -162,7 +166,8 @@ def known_past(
         )
     if y is None:
         time_stamps, given = window.before(0)
-        return KnownPast(_moved(model, window.x, time_stamps, given), model, float("nan"), 0.0)
+        moved = _moved(model, window.x, time_stamps, given)
+        return KnownPast(moved, model, float("nan"), (), float)
     tried: list[tuple[float, int, Array]] = []
     for turns in _pasts(window):
         tried.append((window.error(turns), turns.size, turns))
@@ -187,8 +192,8 @@ def known_past(
     begun = _begun(window, turns)
     limit = POLICY.past_doubt * error + POLICY.past_open * height
     others = [past[2] for past in tried if past[0] <= limit]
-    doubt = _doubt(window, begun, others)
-    return KnownPast(begun, _led(window, turns), error, doubt, tuple(turns.tolist()))
+    apart = partial(_doubt, window, begun, others)
+    return KnownPast(begun, _led(window, turns), error, tuple(turns.tolist()), apart)
 
 
 def _checked(
@@ -333,23 +338,20 @@ def _moved(model: M, x: Array, time: Array | None, signals: Mapping[str, Array])
 
 
 def _doubt(window: _Window[M], begun: M, others: list[Array]) -> float:
-    """Return how far answers after other pasts lie from those of the model, on strokes to both ends of the range."""
-    if not others:
-        return 0.0
+    """Return how far answers after other pasts lie from those of the model, on a stroke to either end of the range."""
     low, high = window.model.ends
     last = float(window.x[-1])
+    x = np.concatenate([np.linspace(last, high, STROKE), np.linspace(high, low, 2 * STROKE)[1:]])
     signals = {name: values[-1] for name, values in window.signals.items()}
+    time = None
+    if window.time is not None:
+        step = window.model.period or 1.0
+        time = window.time[-1] + step * np.arange(1.0, x.size + 1)
+    answer = begun.simulate(x, time, **signals)
     apart = 0.0
-    for end in (low, high):
-        probe = np.linspace(last, end, 2 * STROKE)
-        time = None
-        if window.time is not None:
-            step = window.model.period or 1.0
-            time = window.time[-1] + step * np.arange(1.0, probe.size + 1)
-        answer = begun.simulate(probe, time, **signals)
-        for turns in others:
-            other = _begun(window, turns).simulate(probe, time, **signals)
-            apart = max(apart, float(np.max(np.abs(other - answer))))
+    for turns in others:
+        other = _begun(window, turns).simulate(x, time, **signals)
+        apart = max(apart, float(np.max(np.abs(other - answer))))
     return apart
 
 

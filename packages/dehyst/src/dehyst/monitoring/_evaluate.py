@@ -707,9 +707,7 @@ def _answers(
             time = None
             if record.time is not None:
                 time = np.ascontiguousarray(record.time[piece])
-            needs = {}
-            for need in model.needs:
-                needs[need] = np.ascontiguousarray(record.schedules[need][piece])
+            needs = record.signals(model.needs, piece)
             begun = model
             if log.start == models_kit.KNOWN:
                 begun = _known(model, record, piece)
@@ -731,7 +729,7 @@ def _known(model: Model, record: Recording, piece: slice) -> Model:
     time = None
     if record.time is not None:
         time = record.time[first]
-    needs = {need: record.schedules[need][first] for need in model.needs}
+    needs = record.signals(model.needs, first)
     known = models_kit.known_past(model, record.input[first], record.output[first], time, needs)
     return known.before
 

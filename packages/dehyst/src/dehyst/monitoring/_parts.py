@@ -156,7 +156,7 @@ def _direct(model: DirectInverse, record: Recording) -> Prediction:
     if time is None:
         time = np.arange(len(record), dtype=np.float64)
     ran = model.with_known(False).run(
-        record.output, time, given=_needed(model, record), restart=restart
+        record.output, time, given=record.signals(model.needs), restart=restart
     )
     creep, viscous = ran.parts[:, CREEPING].copy(), ran.parts[:, VISCID].copy()
     loop = np.sum(np.delete(ran.parts, (CREEPING, VISCID), axis=1), axis=1)
@@ -175,7 +175,7 @@ def _elements(model: Any, record: Recording) -> Prediction:
         time = None
         if record.time is not None:
             time = record.time[piece]
-        signals = _needed(model, record, piece)
+        signals = record.signals(model.needs, piece)
         y = model.simulate(x, time, **signals)
         # Lags without memory would be creep of the curve: each simulation leaves out one thing more.
         quick = model.without_lags.simulate(x, time, **signals)
@@ -194,17 +194,12 @@ def _elements(model: Any, record: Recording) -> Prediction:
     return prediction
 
 
-def _needed(model: Any, record: Recording, piece: slice = slice(None)) -> dict[str, Array]:
-    """Scheduling signals over one piece of a recording."""
-    return {name: np.ascontiguousarray(record.schedules[name][piece]) for name in model.needs}
-
-
 def _followed(model: DirectInverse, record: Recording, time: Array) -> Array:
     """Output that the logged input gives, by the model solved for it."""
     outputs = []
     for piece in record.pieces:
         clock = np.ascontiguousarray(time[piece])
-        signals = _needed(model, record, piece)
+        signals = record.signals(model.needs, piece)
         outputs.append(models_kit.follow(model, record.input[piece], clock, signals).y)
     return np.concatenate(outputs)
 

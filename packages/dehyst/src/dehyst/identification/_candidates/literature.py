@@ -22,7 +22,7 @@ from dehyst.identification._data import DataSet, Piece, inputs_of
 from dehyst.identification._evidence import beyond_rests, without_holds
 from dehyst.identification._fit import Certificate, ComparedSetting
 from dehyst.identification._prepared import Prepared
-from dehyst.identification._schedules import scheduling_of, signals_for
+from dehyst.identification._schedules import scheduling_of
 from dehyst.identification._scores import Measured, scored_parts
 from dehyst.identification._selection import BLOCKS
 from dehyst.models import StaticCurve
@@ -175,7 +175,7 @@ def _remarks(log: Prepared, model: LoopModel, measured: Measured) -> Iterator[Fi
     """What rests and another speed do to a model that depends on time."""
     record = log.records[0]
     played = slice(0, MOST_PLAYED)
-    x, time, signals = record.input[played], record.time, signals_for(model, record, played)
+    x, time, signals = record.input[played], record.time, record.signals(model.needs, played)
     if time is None or not model.rate_dependent:
         return
     time = time[played]
@@ -207,7 +207,7 @@ def _measured(log: Prepared, model: LoopModel, static: StaticCurve, turns: int) 
 def _round_trip(model: LoopModel, record: Recording) -> float:
     """Largest difference after model and inverse, either way round, relative to the ranges."""
     played = slice(0, MOST_PLAYED)
-    x, time, signals = record.input[played], record.time, signals_for(model, record, played)
+    x, time, signals = record.input[played], record.time, record.signals(model.needs, played)
     if time is not None:
         time = time[played]
     model = model.prompt
