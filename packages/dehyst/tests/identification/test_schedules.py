@@ -241,5 +241,9 @@ def test_the_commands_read_the_signal_by_its_name(run, tmp_path):
     evaluated = ("evaluate", model, tmp_path / "later.csv", "--schedule", "load=stroke_mm")
     status, _, err = run(*evaluated)
     assert status == 2 and "--schedule heat=COLUMN" in " ".join(err.split())
+    dehyst.identify(plain(log(1)), "pi").model.save(tmp_path / "plain.json")
+    evaluated = ("evaluate", tmp_path / "plain.json", *evaluated[2:], *columns)
+    status, _, err = run(*evaluated)
+    assert status == 2 and "no --schedule" in " ".join(err.split())
     spare = ("simulate", model, tmp_path / "later.csv", "--schedule", "load=stroke_mm")
     assert run(*spare, "--schedule", "heat=T_degC")[0] == 2

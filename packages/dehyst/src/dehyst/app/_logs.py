@@ -218,24 +218,25 @@ def recordings_of(
 
 
 def with_schedules(
-    request: LogsRequest, read: Sequence[Read], cards: Sequence[SignalCard] = ()
+    request: LogsRequest, read: Sequence[Read], cards: Sequence[SignalCard] | None = None
 ) -> list[Read]:
     """Return recordings with their schedules: the columns that were named, and those of the cards that there are.
 
-    They are in the units of the cards, else in that of the first log.
+    They are in the units of the cards, else in that of the first log. `cards` are all signals that the models depend
+    on; None where there is no model yet.
     """
     units: dict[str, str] = {}
-    for card in reversed(cards):
+    for card in reversed(cards or ()):
         units[card.name] = card.unit
     complete: list[Read] = []
     for log, run, record in read:
         schedules = {}
-        columns = _schedule_columns(request, log, run, cards)
-        spare = [name for name, *_ in columns if cards and name not in units]
-        if spare:
+        columns = _schedule_columns(request, log, run, cards or ())
+        spare = [name for name, *_ in columns if name not in units]
+        if spare and cards is not None:
+            needed = " and ".join(map(_flag, units)) or "no --schedule"
             raise ParameterError(
-                f"no model depends on {' or '.join(spare)}, which --schedule names; they depend on {', '.join(units)}. "
-                f"Write --schedule {next(iter(units))}=COLUMN, or leave it out.",
+                f"no model depends on {' or '.join(spare)}, which --schedule names. Write {needed}.",
                 spare=spare,
             )
         for name, column, signal in columns:
