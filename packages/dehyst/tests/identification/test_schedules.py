@@ -13,6 +13,7 @@ import dehyst
 from dehyst.errors import ExcitationError, ParameterError, RecordingError
 from dehyst.families._columns import GROUPS, Pace, columns_of, shares
 from dehyst.families._elements import ElementModel
+from dehyst.report import write_report
 
 PLAYS = dehyst.PrandtlIshlinskii(np.linspace(0.0, 0.6, 7), np.full(7, 0.15))
 WIDE = dehyst.PrandtlIshlinskii([0.25], [1.0])
@@ -247,3 +248,12 @@ def test_the_commands_read_the_signal_by_its_name(run, tmp_path):
     assert status == 2 and "no --schedule" in " ".join(err.split())
     spare = ("simulate", model, tmp_path / "later.csv", "--schedule", "load=stroke_mm")
     assert run(*spare, "--schedule", "heat=T_degC")[0] == 2
+
+
+def test_the_report_says_what_the_weights_go_with(swaying, tmp_path):
+    page = write_report(swaying, tmp_path / "report.html").read_text(encoding="utf-8")
+    text = " ".join(page.split())
+    assert "Its weights go with temperature (20" in text and "degC)" in text
+    assert "output, with temperature" in text
+    without = write_report(dehyst.identify(plain(log(1))), tmp_path / "plain.html")
+    assert "Its weights go with" not in without.read_text(encoding="utf-8")

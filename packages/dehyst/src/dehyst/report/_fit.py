@@ -100,12 +100,12 @@ def _page(fit: Fit, model_file: str | os.PathLike[str] | None) -> Page:
     return Page(
         kind="Hysteresis identification",
         title=title,
-        relation=f"{short(first.input_name, 60)} → {short(first.output_name, 60)}",
+        relation=_relation(fit),
         subject="hysteresis report",
         badge=badge,
         grade=grade,
         lead=fit.verdict,
-        more=(" ".join(in_words(fit, judged)),),
+        more=(" ".join(in_words(fit, judged)), *_scheduled_words(fit)),
         tiles=tiles(fit),
         lights=judged,
         sections=(
@@ -114,6 +114,29 @@ def _page(fit: Fit, model_file: str | os.PathLike[str] | None) -> Page:
             PageSection("next", "What to do next", next_steps(fit, model_file)),
             tables_section(*tables(fit)),
         ),
+    )
+
+
+def _relation(fit: Fit) -> str:
+    """Input and output, and the signals that the model goes with."""
+    first = fit.recordings[0]
+    words = f"{short(first.input_name, 60)} → {short(first.output_name, 60)}"
+    if fit.model.needs:
+        words += f", with {' and '.join(short(name, 60) for name in fit.model.needs)}"
+    return words
+
+
+def _scheduled_words(fit: Fit) -> tuple[str, ...]:
+    """What to know of a model whose weights go with other signals; nothing of any other."""
+    if not fit.model.needs:
+        return ()
+    ranges = []
+    for card in fit.model.context:
+        unit = f" {card.unit}" if card.unit else ""
+        ranges.append(f"{short(card.name, 60)} ({card.low:.4g} to {card.high:.4g}{unit})")
+    return (
+        f"Its weights go with {' and '.join(ranges)}; beyond, those of the nearer end are held. The curve without "
+        f"hysteresis and the plays that it is compared with do not know of that.",
     )
 
 
