@@ -77,7 +77,7 @@ def plain_sum(kind: int) -> bytes:
 def plain_element_block(kind: int) -> bytes:
     """Return an input from which the fuzzer of their blocks builds such a sum with a memory, and moves it."""
     solves, delay, start, free = kind % 2, 2 * (kind % 4), 8, 16 * (kind // 4)
-    memory, scales = [ZERO, ZERO], [ZERO, ZERO, ONE, ZERO, ONE]
+    memory, scales = [ZERO, ZERO], [HALF, ZERO, ZERO, ONE, ZERO, ONE]
     ranges, line, fade = [MINUS, ONE] * 3, [HALF, ZERO], HALF
     steps = [
         1,

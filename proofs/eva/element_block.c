@@ -24,7 +24,8 @@ extern dehyst_real any_real(void);
 
 static const dehyst_real start[ELEMENTS] = {0, RADIUS, -RADIUS, 0, 0, 0, RADIUS, 0};
 static const dehyst_element_block block = {
-    SUM, SOLVES, DELAY, start, 0,
+    SUM, SOLVES, DELAY, start,
+    (dehyst_real)0.375, 0,                        /* echo, origin */
     (dehyst_real)0.5, -2,                         /* center, half range */
     (dehyst_real)0.25, 3,                         /* level, amplitude */
     -2, (dehyst_real)1.5, OUTPUT_LOW, OUTPUT_HIGH, -REACH, REACH,

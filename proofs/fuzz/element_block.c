@@ -30,7 +30,7 @@ static void take_block(bytes *from, drawn *made, dehyst_real *start, dehyst_elem
     for (int32_t k = 0; block->start && k < made->sum.n; ++k) {
         start[k] = take_real(from);
     }
-    dehyst_real *numbers[] = {&block->origin,     &block->center,      &block->half_range, &block->level,
+    dehyst_real *numbers[] = {&block->echo,       &block->origin,      &block->center,     &block->half_range, &block->level,
                               &block->amplitude,  &block->input_low,   &block->input_high, &block->output_low,
                               &block->output_high, &block->reach_low,  &block->reach_high, &block->line_slope,
                               &block->line_offset, &block->fade};

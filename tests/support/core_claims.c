@@ -420,7 +420,7 @@ static void whole_block(int32_t solves, int32_t delay)
         block_part[k] = one;
     }
     const dehyst_elements whole = {7, block_part, none, none, 0, -1, 1, 1, {0, 0, 0}, {0, 0, 0}, {1, 0, 0}};
-    const dehyst_element_block block = {whole, solves, delay, element_start, 0, 0, 1, 0, 1, -2, 2, -1.5, 1.5,
+    const dehyst_element_block block = {whole, solves, delay, element_start, solves ? 0.375 : 1, 0, 0, 1, 0, 1, -2, 2, -1.5, 1.5,
                                         -1.25, 1.25, 0.5, 0, 0.25, 77};
     element_block = block;
 }
@@ -441,6 +441,9 @@ static void element_blocks(void)
     REFUSED_BLOCK(element_block.solves = -1);
     REFUSED_BLOCK(element_block.solves = 2);
     REFUSED_BLOCK(element_block.delay = -1);
+    REFUSED_BLOCK(element_block.echo = NAN);
+    REFUSED_BLOCK(element_block.echo = -0.1);
+    REFUSED_BLOCK(element_block.echo = 1.1);
     REFUSED_BLOCK(element_block.origin = NAN);
     REFUSED_BLOCK(element_block.level = NAN);
     REFUSED_BLOCK(element_block.amplitude = NAN);

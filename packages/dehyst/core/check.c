@@ -159,7 +159,8 @@ int32_t dehyst_element_block_check(const dehyst_element_block *block)
     const dehyst_elements *sum = &block->sum;
     const dehyst_real rest[5] = {block->level, block->amplitude, block->center, 2 * sum->low, 2 * sum->high};
     int good = dehyst_elements_check(sum) == DEHYST_IMAGE_GOOD && (block->solves == 0 || block->solves == 1) &&
-               block->delay >= 0 && numbers(rest, 5) && dehyst_accept(block->origin) &&
+               block->delay >= 0 && block->echo >= 0 && block->echo <= 1 && numbers(rest, 5) &&
+               dehyst_accept(block->origin) &&
                (!block->start || dehyst_elements_memory_check(sum, block->start, block->origin) == DEHYST_IMAGE_GOOD) &&
                size(block->half_range) > 0 && dehyst_accept(block->half_range) &&
                range_is_good(block->input_low, block->input_high) &&

@@ -517,9 +517,11 @@ dehyst_real dehyst_delay_step(dehyst_delay *delay, dehyst_real x);
 typedef struct dehyst_element_block {
     dehyst_elements sum;                 /* maps before and after as they are run through here; low .. high of all x */
     int32_t solves;                      /* 0: the sum is evaluated, 1: it is solved */
-    int32_t delay;                       /* dead time of the input, samples */
+    int32_t delay;                       /* of the input, samples */
     const dehyst_real *start;            /* (n,) memory at x = origin, from where one stroke leads to the first sample;
                                           * null: at rest at the first sample */
+    dehyst_real echo;                    /* share of the delayed input in what the sum is given, 0 .. 1: 1 is a dead
+                                          * time, less a zero-vibration shaper, whose two parts cancel a resonance */
     dehyst_real origin;
     dehyst_real center, half_range;      /* half_range is not 0, [input] */
     dehyst_real level, amplitude;        /* [output] */

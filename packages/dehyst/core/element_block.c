@@ -132,7 +132,9 @@ dehyst_real dehyst_element_block_step(const dehyst_element_block *block, dehyst_
     for (int32_t i = 0; !state->started && i < block->delay; ++i) {
         state->delay.ring[i] = scaled;
     }
-    const dehyst_real argument = dehyst_map_value(&sum->before, dehyst_delay_step(&state->delay, scaled));
+    const dehyst_real delayed = dehyst_delay_step(&state->delay, scaled);
+    const dehyst_real mixed = block->echo * delayed + (1 - block->echo) * scaled;
+    const dehyst_real argument = dehyst_map_value(&sum->before, mixed);
     if (!state->started && block->solves) {
         arrive_at_value(block, &state->sum, given, argument);
     } else if (!state->started) {

@@ -343,7 +343,7 @@ Words own(std::vector<uint32_t> &&values)
 }
 
 // A sum of elements at a fixed period as a function block, with its memory. `numbers`: those of dehyst_element_block from
-// origin to fade, in its order.
+// echo to fade, in its order.
 class ElementBlock {
   public:
     ElementBlock(const ElementSum &sum, double period, bool solves, int32_t delay, const In &start, const In &numbers,
@@ -353,14 +353,14 @@ class ElementBlock {
           z_(element_.size()),
           ring_(static_cast<std::size_t>(std::max(delay, 1)))
     {
-        require(numbers.size() == 14 && (start.size() == 0 || start.size() == z_.size()),
-                "14 numbers, and a start for each element or none");
+        require(numbers.size() == 15 && (start.size() == 0 || start.size() == z_.size()),
+                "15 numbers, and a start for each element or none");
         const double *at = numbers.data();
         const std::vector<double> gain = sum.gains(period);
         for (std::size_t k = 0; k < gain.size(); ++k) element_[k].gain = gain[k];
         block_ = {sum.view(), solves ? 1 : 0, delay, start_.empty() ? nullptr : start_.data(), at[0], at[1], at[2],
                   at[3],      at[4],          at[5], at[6],                                     at[7], at[8], at[9],
-                  at[10],     at[11],         at[12], at[13],                                   fingerprint};
+                  at[10],     at[11],         at[12], at[13],                                   at[14], fingerprint};
         block_.sum.element = element_.data();
         require(dehyst_element_block_check(&block_) == DEHYST_IMAGE_GOOD, "numbers that are those of no block");
         state_.sum.z = z_.data();

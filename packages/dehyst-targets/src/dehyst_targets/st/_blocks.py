@@ -424,7 +424,7 @@ def element_function_block(
     body = rendered(
         "elements.st.j2", n=numbers.parts, kinds=kinds, dragged=bool(kinds - {0, 6, 8}), plays=bool(kinds & {1, 2, 7}),
         points=bool(model.points[0]), start=bool(p.start),
-        sources=p.source, given=more, delay=p.delay, before=before, after=after, solves=p.solves,
+        sources=p.source, given=more, delay=p.delay, shapes=_shapes(model), before=before, after=after, solves=p.solves,
         holds=holds, halvings=halvings, rounds=12 + 2 * halvings, last=12 + halvings,
     )  # fmt: skip
     return st_unit(
@@ -436,6 +436,11 @@ def element_function_block(
         more,
         numbers.offset,
     )
+
+
+def _shapes(model: ElementNumbers) -> bool:
+    """Whether the delayed input is a part of what the sum is given, and not all of it."""
+    return bool(model.parameters.numbers["echo"] < 1.0)
 
 
 def _tables(
@@ -472,6 +477,8 @@ def _tables(
         ("Rounding", ROUNDING[real], "of a number"), ("Two", 2.0, ""), ("SixtyFour", 64.0, ""),
         *_FRACTIONS,
     ]  # fmt: skip
+    if _shapes(model):
+        number_rows.append(("Echo", values["echo"], "share of the delayed reference"))
     # Only a sum that is not solved can hold its input back.
     if holds:
         reach_comment = "of the sum: there the input is held back"

@@ -112,6 +112,22 @@ def _refuse_options(request: IdentifyRequest) -> None:
         )
 
 
+def _resonance(request: IdentifyRequest) -> str | tuple[float, float] | None:
+    """Return a typed --resonance: "auto", frequency and damping, or None."""
+    text = request.resonance
+    if text == "auto":
+        return text
+    if text == "none":
+        return None
+    numbers = _numbers("--resonance", text, "a frequency in Hz and a damping", "300,0.02")
+    if numbers is None or len(numbers) != 2:
+        raise ParameterError(
+            f"--resonance {text!r:.40} is neither auto nor none nor a frequency in Hz and a damping, such as "
+            f"--resonance 300,0.02. A damping that is not known is between 0.01 (steel) and 0.1 (with bearings)."
+        )
+    return numbers[0], numbers[1]
+
+
 def _identify(request: IdentifyRequest) -> tuple[Fit, StepCost | None]:
     """Read the logs and identify what was asked for; with a processor also what a step takes there."""
     if request.family == DIRECT:
@@ -131,6 +147,7 @@ def _identify(request: IdentifyRequest) -> tuple[Fit, StepCost | None]:
     if request.shear is not None or request.max_inverse_gain is not None:
         settings |= {"shear": request.shear, "max_inverse_gain": request.max_inverse_gain}
     settings["ahead"] = seconds_ahead(request.ahead)
+    settings["resonance"] = _resonance(request)
     with ask_progress("reading", request.json) as progress:
         records = [record for _, _, record in read_logs(request, progress)]
 
@@ -140,7 +157,13 @@ def _identify(request: IdentifyRequest) -> tuple[Fit, StepCost | None]:
         if family is None:
             return identify(records, purpose=request.purpose, size=most, **settings)
         fraction = request.train_fraction
-        fit = identify(records, family, purpose=request.purpose, train_fraction=fraction)
+        fit = identify(
+            records,
+            family,
+            purpose=request.purpose,
+            train_fraction=fraction,
+            resonance=settings["resonance"],
+        )
         if most is not None and fit.model.free_parameters > most:
             raise ParameterError(f"{family} has more than {most} numbers.")
         return fit

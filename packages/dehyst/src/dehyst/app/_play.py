@@ -76,15 +76,18 @@ def run_compensate(request: CompensateRequest) -> None:
     )
     model, known = _after(request, model, float(y[0]), backward=True)
     inverse = model.inverse()
+    ahead = seconds_ahead(request.ahead)
+    shaped, about_shape = _shaped(request, model, signal, y, ahead)
+    findings += about_shape
     with ask_progress("inverting"):
-        played = _noted(_played(request, inverse, signal, y, COMPENSATED), known)
+        played = _noted(_played(request, inverse, signal, shaped, COMPENSATED), known)
         if not request.unknown_state:
-            findings += _proof(model, inverse, played, y)
+            findings += _proof(model, inverse, played, shaped)
     findings += outside(
         played.answer, model.card.input, "computed input", "the actuator may not be able to give it"
     )
     findings += _jumps(played.answer, y, model, signal)
-    played, finding_of_dead_time = _sent_ahead(request, model, played)
+    played, finding_of_dead_time = _sent_ahead(request, model, played, ahead)
     findings += finding_of_dead_time
     _write(request, signal, {_column(model.card.output): y, **played.columns}, played)
     print_findings(
@@ -433,11 +436,43 @@ def _jumps(x: Array, y: Array, model: Model, signal: LogSignal) -> list[Finding]
 SEND = "leave --ahead 0 out, or send each computed value that much before its time"
 
 
+def _shaped(
+    request: CompensateRequest, model: Model, signal: LogSignal, y: Array, ahead: float | None
+) -> tuple[Array, list[Finding]]:
+    """Return a reference that does not ring the actuator, and what to say about it.
+
+    `ahead` is how long before its time the reference is known; None: as long as it takes. [s]
+    """
+    resonance = model.resonance
+    if resonance is None:
+        return y, []
+    time = signal.time
+    if time is None:
+        if not model.period > 0.0:
+            return y, []
+        time = model.period * np.arange(y.size, dtype=np.float64)
+    step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
+    rings = f"the actuator rings at {resonance.frequency:.4g} Hz"
+    if not step > 0.0 or not resonance.samples(step):
+        finding = Finding(
+            "resonance-too-fast",
+            f"{rings}, and the reference has a sample every {step:.3g} s: too few to shape it, which takes one every "
+            f"{0.25 / resonance.frequency:.2g} s. Sample it more finely.",
+        )
+        return y, [finding]
+    lead = None if ahead is None else min(ahead, resonance.lead)
+    finding = Finding(
+        "reference-shaped",
+        f"{rings}: the reference was split into two parts {resonance.half_swing:.3g} s apart, whose swings cancel, so "
+        f"its corners are rounded by that time. To leave it as it is identify with --resonance none.",
+    )
+    return resonance.shaped(y, time, lead), [finding]
+
+
 def _sent_ahead(
-    request: CompensateRequest, model: Model, played: _Played
+    request: CompensateRequest, model: Model, played: _Played, typed: float | None
 ) -> tuple[_Played, list[Finding]]:
     """Return computed values at the time when they have to be sent, and what to say about it."""
-    typed = seconds_ahead(request.ahead)
     ahead = model.dead_time if typed is None else typed
     if not ahead > 0.0:
         return played, dead_time_findings(model, SEND)

@@ -117,6 +117,11 @@ class IdentifyRequest(LogsRequest):
         "auto",
         metavar="auto|SECONDS",
     )
+    resonance: str = option(
+        "Where the actuator rings: auto, where the log shows it; its frequency [Hz] and damping; or none.",
+        "auto",
+        metavar="auto|none|HZ,DAMPING",
+    )
     processor: str | None = option(
         "cortex-m4f or cortex-m7: the best model whose compensator keeps its period there."
     )

@@ -18,7 +18,7 @@ from dehyst.findings import Finding
 def about_unit(subject: Subject) -> tuple[Finding, ...]:
     """Return what is worth a warning about a unit that is to be exported."""
     findings: list[Finding] = []
-    for about in (_outside, _cost, _coarse, _stalled, _slow, _rounded, _late):
+    for about in (_outside, _cost, _coarse, _stalled, _slow, _rounded, _rings, _late):
         findings += about(subject)
     return tuple(findings)
 
@@ -57,6 +57,35 @@ def _rounded(subject: Subject) -> Iterator[Finding]:
             "dead-time-rounded",
             f"the dead time of the model, {dead_time:.4g} s, is {dead_time / period:.3g} periods of {period:.4g} s: "
             f"the unit delays by {rounded:.4g} s. To keep it run the unit every {whole:.6g} s (--period {whole:.6g}).",
+        )
+
+
+def _rings(subject: Subject) -> Iterator[Finding]:
+    """Say what the unit does about a resonance."""
+    resonance, period = subject.model.resonance, subject.period
+    if resonance is None or period is None:
+        return
+    frequency = f"{resonance.frequency:.4g} Hz"
+    if subject.what != "inverse":
+        yield Finding(
+            "resonance-left-out",
+            f"the actuator rings at {frequency}, and the unit does not: it answers as the loop alone. Put a system of "
+            f"second order with that frequency and a damping of {resonance.damping:.2g} behind it, where swings count.",
+        )
+    elif resonance.samples(period):
+        yield Finding(
+            "reference-shaped",
+            f"the actuator rings at {frequency}: the unit splits its reference into two parts "
+            f"{period * resonance.samples(period):.3g} s apart, whose swings cancel. Give it the reference "
+            f"{resonance.lead:.2g} s ahead, or the output follows that much behind. To leave the reference as it is "
+            f"identify with --resonance none.",
+        )
+    else:
+        longest = 0.5 * resonance.half_swing
+        yield Finding(
+            "resonance-too-fast",
+            f"the actuator rings at {frequency}, and with a period of {period:g} s the unit is too slow to shape its "
+            f"reference. Run it every {longest:.2g} s or faster (--period {longest:.2g}), or smooth the reference.",
         )
 
 

@@ -298,7 +298,7 @@ def element_unit(
         fingerprint=p.fingerprint, given=scheduled_by, takes_given=True, kind="elements", parts=n,
         map_points=map_points,
         memory=(("sum.z", "z", "ELEMENTS"), ("delay.ring", "ring", "RING")),
-        sizes=(("ELEMENTS", f"{n}", ""), ("RING", f"{max(1, delay)}", "samples of dead time, 1 for none"),
+        sizes=(("ELEMENTS", f"{n}", ""), ("RING", f"{max(1, delay)}", "remembered samples of the input, 1 for none"),
                ("IMAGE_WORDS", f"DEHYST_ELEMENT_WORDS({n}, {delay})", "of a saved state")),
         held_bytes=(
             n * {4: 32, 8: 48}[size] + size * reals + {4: 64, 8: 80}[size],

@@ -22,8 +22,8 @@ BEYOND = 0.5  # of the height of the slow loop: creep and rate may add so much
 LONG = 1e9  # s, after which every lag has reached its input
 ROUNDING = 1e-9
 NUMBERS = (
-    "origin", "center", "half_range", "level", "amplitude", "input_low", "input_high", "output_low", "output_high",
-    "reach_low", "reach_high", "line_slope", "line_offset", "fade",
+    "echo", "origin", "center", "half_range", "level", "amplitude", "input_low", "input_high", "output_low",
+    "output_high", "reach_low", "reach_high", "line_slope", "line_offset", "fade",
 )  # fmt: skip
 
 
@@ -46,7 +46,7 @@ class ElementBlockParameters:
     solves
         Whether the sum is solved and not evaluated.
     delay
-        Dead time in samples.
+        In samples: dead time, or half a swing of the resonance that an inverse must not ring.
     start
         Memory before the stroke to the first sample; () at rest there.
     numbers
@@ -196,7 +196,9 @@ def _made(
     tables = list(model.tables)
     tables[8:12] = [np.array(maps[0]).reshape(2, -1), np.array(maps[1]).reshape(2, -1), *x_range]
     sum_ = _native.ElementSum(*tables)
+    delay, echo = _delayed(model, inverse, period)
     values = (
+        echo,
         origin,
         into.center,
         into.half_range,
@@ -224,12 +226,24 @@ def _made(
         kind=tuple(kind), schedule=tuple(schedule), radius=tuple(radius), gain=tuple(sum_.gains(period).tolist()),
         weight=tuple(weight), maps=tuple(element_maps), offset=model.offset, before=maps[0], after=maps[1],
         low=x_range[0], high=x_range[1], source=tuple(source), schedule_low=tuple(schedule_low),
-        schedule_high=tuple(schedule_high), solves=solves, delay=round(model.dead_time / period),
+        schedule_high=tuple(schedule_high), solves=solves, delay=delay,
         start=start, numbers=numbers, fingerprint=0,
     )  # fmt: skip
     # The fingerprint covers every field, so that exported code and model cannot be mixed up.
     digest = hashlib.sha256(repr(parameters).encode()).digest()
     return replace(parameters, fingerprint=int.from_bytes(digest[:4], "big")), sum_
+
+
+def _delayed(model: ElementModel, inverse: bool, period: float) -> tuple[int, float]:
+    """Return a delay of the input in samples, and its share: of a dead time all, of a shaped reference a part."""
+    if not inverse:
+        return round(model.dead_time / period), 1.0
+    samples = 0
+    if model.resonance is not None:
+        samples = model.resonance.samples(period)
+    if model.resonance is None or not samples:
+        return 0, 1.0
+    return samples, model.resonance.share
 
 
 def _slow(model: ElementModel, low: float, high: float) -> tuple[float, float]:

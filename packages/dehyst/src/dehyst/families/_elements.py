@@ -50,7 +50,7 @@ from dehyst.families._base import PRELUDE, UNSCALED, LoopModel, LoopStepper, Sca
 from dehyst.families._element_machine import element_machine
 from dehyst.families._inversion import FARTHEST, first_input
 from dehyst.families._rising import LEAST_SLOPE, least_slope, most_slope
-from dehyst.models import ModelCard, SignalCard
+from dehyst.models import ModelCard, Resonance, SignalCard
 from dehyst.models import kit as models_kit
 
 KINDS = _native.ELEMENT_KINDS
@@ -190,6 +190,9 @@ class ElementModel(LoopModel):
         Name of the family it belongs to.
     signals
         Name and unit of the given signals 0 and 1; without them they are called signal_0 and signal_1.
+    resonance
+        At which the actuator rings (`dehyst.models.Resonance`), or its frequency [Hz] and damping; None: nothing is
+        known of one.
 
     Raises
     ------
@@ -213,6 +216,7 @@ class ElementModel(LoopModel):
     period: float = 0.0
     schedules: tuple[tuple[int, float, float], ...] = ()
     signals: tuple[tuple[str, str], ...] = field(default=(), kw_only=True)
+    resonance: Resonance | None = field(default=None, kw_only=True)
     row: str = "elements"
     scaling: Scaling = UNSCALED
     start: str | tuple[float, ...] = "rest"
@@ -243,6 +247,7 @@ class ElementModel(LoopModel):
             put(self, name, pairs_of(getattr(self, name), name, rising=True))
         for name in ("dead_time", "period"):
             put(self, name, models_kit.parameter_number(getattr(self, name), name))
+        put(self, "resonance", models_kit.resonance_of(self.resonance))
         put(self, "family", self.row)
         put(self, "rate_dependent", any(q.timed for q in self.elements))
         self._check()
@@ -550,7 +555,9 @@ class ElementModel(LoopModel):
         for entry in fields(self):
             if entry.name == "elements":
                 parameters["elements"] = _plain(tuple(map(astuple, self.elements)))
-            elif entry.name not in ("scaling", "start", "card"):
+            elif entry.name == "resonance" and self.resonance is not None:
+                parameters["resonance"] = _plain(astuple(self.resonance))
+            elif entry.name not in ("scaling", "start", "card", "resonance"):
                 parameters[entry.name] = _plain(getattr(self, entry.name))
         return parameters
 

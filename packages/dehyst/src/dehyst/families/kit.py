@@ -7,6 +7,7 @@ if TYPE_CHECKING:
     from dehyst.families._elements import KINDS as KINDS
     from dehyst.families._elements import LAGS as LAGS
     from dehyst.families._elements import SOURCES as SOURCES
+    from dehyst.families._elements import ElementModel as ElementModel
     from dehyst.families._lateness import ChosenRow as ChosenRow
     from dehyst.families._loop_work import DeadBand as DeadBand
     from dehyst.families._loop_work import work as work
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 __getattr__, __dir__, __all__ = lazy_names(
     "dehyst.families.kit",
     {
-        "_elements": "KINDS LAGS SOURCES",
+        "_elements": "ElementModel KINDS LAGS SOURCES",
         "_lateness": "ChosenRow",
         "_loop_work": "DeadBand work",
         "_policy": "POLICY",

@@ -33,6 +33,7 @@ from dehyst.identification._fit import ComparedSetting, Fit
 from dehyst.identification._judge import judge
 from dehyst.identification._policy import POLICY
 from dehyst.identification._prepared import Prepared, prepared
+from dehyst.identification._ringing import with_resonance
 from dehyst.identification._schedules import learned_once, without_gain
 from dehyst.identification._settings import (
     PAPER_OPERATORS,
@@ -43,6 +44,8 @@ from dehyst.identification._settings import (
 from dehyst.identification._shear import identify_sheared, identify_within
 from dehyst.identification._threads import single_blas
 from dehyst.identification._tracking import with_table
+from dehyst.models import Resonance
+from dehyst.models import kit as models_kit
 from dehyst.shell import did_you_mean
 
 USUAL = {"n": PAPER_OPERATORS, "eps": "auto", "initial_state": "auto"}
@@ -62,6 +65,7 @@ def identify(
     seed: int = 0,
     size: int | None = None,
     ahead: float | None = None,
+    resonance: Resonance | tuple[float, float] | str | None = "auto",
     **settings: Any,
 ) -> Fit:
     r"""Identify a model from one recording or several: by default the best there is for this log.
@@ -94,6 +98,10 @@ def identify(
         How long before its time the reference is known: so much of a dead time may be in the model, as
         `Model.dead_time`, and its compensator is then to be sent that much earlier (`Model.ahead`). None, the default,
         as long as the log shows; 0 for a controller that hears of the reference when it is due. For "auto". [s]
+    resonance
+        At which the actuator rings: "auto", where the log shows it; frequency [Hz] and damping, where they are known;
+        None: none. It is in the model as `Model.resonance`, and the compensator does not excite it (`Model.shaped`).
+        For "auto" and rows of elements.
     **settings
         Those of plays, below, and of "direct-inverse": the attributes of `dehyst.identification.Direct`. "auto" with
         one of plays that is not the usual one chooses among plays only.
@@ -189,6 +197,8 @@ def identify(
         _check_size(size, family, changed)
     if ahead is not None:
         _check_ahead(ahead, family, changed)
+    if resonance != "auto":
+        resonance = _typed_resonance(resonance, family, changed)
     if family == Direct.family:
         direct = Direct(**settings)
         log = prepared(check_recordings(recordings), train_fraction)
@@ -197,10 +207,13 @@ def identify(
         _refuse_schedules(recordings[0], family, changed)
     if is_family(family):
         log = prepared(check_recordings(recordings), train_fraction)
-        return with_table(log.fit(Literature(family, seed, purpose, size)))
+        fit = with_table(log.fit(Literature(family, seed, purpose, size)))
+        return with_resonance(fit, resonance) if family in ROW_NAMES else fit
     if family == "auto" and not changed:
         log = prepared(check_recordings(recordings), train_fraction)
-        return best_fit(log, purpose, size, np.inf if ahead is None else ahead)
+        return with_resonance(
+            best_fit(log, purpose, size, np.inf if ahead is None else ahead), resonance
+        )
     fit = with_table(fit_plays(recordings, family, train_fraction=train_fraction, **changed))
     if family != "auto":
         return fit
@@ -310,6 +323,19 @@ def _check_ahead(ahead: float, family: str, changed: Mapping[str, object]) -> No
             f"{', '.join(changed) or family} has none. Leave it out, or leave that out.",
             family=family,
         )
+
+
+def _typed_resonance(
+    value: Resonance | tuple[float, float] | str | None, family: str, changed: Mapping[str, object]
+) -> Resonance | None:
+    """Return a resonance that was typed; refuse what is none, or says nothing to what is identified."""
+    if changed or not (family == "auto" or family in ROW_NAMES):
+        raise ParameterError(
+            f"resonance (--resonance) is for auto and the rows of elements, and {', '.join(changed) or family} has "
+            f"none. Leave it out, or leave that out.",
+            family=family,
+        )
+    return models_kit.resonance_of(value)
 
 
 def _refuse_schedules(record: Recording, family: str, changed: Mapping[str, object]) -> None:

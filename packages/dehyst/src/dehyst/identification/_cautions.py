@@ -18,6 +18,7 @@ from dehyst.identification._residual import spectral_peak
 from dehyst.identification._scores import Measured
 from dehyst.identification._selection import AFFORDABLE
 from dehyst.identification._settings import PAPER_EPS
+from dehyst.models import Resonance
 from dehyst.models import kit as models_kit
 from dehyst.shell import command, quoted
 from dehyst.units import parse_unit
@@ -481,6 +482,29 @@ def late(time: float, unit: str, percent: tuple[float, float], taken: float) -> 
         "output-late",
         f"the output column is about {_span(time, unit)} late: {shifted}. A dead time (transport, a bus, two clocks) "
         f"does that, and a lag of a sensor or a filter; the log does not tell which. {cure}",
+    )
+
+
+def rings(resonance: Resonance, percent: float) -> Finding:
+    """What to say of a resonance that the residual shows, of a size in percent of the output's range, rms."""
+    return Finding(
+        "resonance",
+        f"the output rings at {resonance.frequency:.4g} Hz (damping {resonance.damping:.2g}, {percent:.2g} % of range "
+        f"rms) while the input moves, and no model of hysteresis follows that. The compensator does not excite it: it "
+        f"splits its reference into two parts, {_span(resonance.half_swing, 's')} apart, whose swings cancel. `dehyst "
+        f"compensate` does that, and so does an exported compensator, which wants its reference "
+        f"{_span(resonance.lead, 's')} ahead. If it is known better, type --resonance HZ,DAMPING; to leave the "
+        f"reference as it is, --resonance none.",
+    )
+
+
+def not_shaped(resonance: Resonance, family: str) -> Finding:
+    """What to say of a resonance where the model's family has no place for one."""
+    return Finding(
+        "resonance-not-shaped",
+        f"the actuator rings at {resonance.frequency:.4g} Hz (damping {resonance.damping:.2g}), and a {family} model "
+        f"does not know it: its compensator excites it at every corner of the reference. Smooth the reference over "
+        f"{_span(2.0 * resonance.half_swing, 's')}, or take a row of elements (--family full-sum), which does.",
     )
 
 

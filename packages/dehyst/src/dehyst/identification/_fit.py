@@ -581,6 +581,7 @@ class Fit(Plotted):
             knows_time=self.model.rate_dependent,
             confirmed=self._confirmed,
             excluded=self._excluded,
+            resonance=self.model.resonance,
         )
         if "output-unrelated" in codes_of(self.warnings):
             return replace(structure, suggestions=(UNRELATED_INPUT,))
@@ -733,6 +734,7 @@ class Fit(Plotted):
             },
             "dead_band": self.dead_band and asdict(self.dead_band),
             "dead_time_s": self.model.dead_time,
+            "resonance": self.model.resonance and asdict(self.model.resonance),
             "residual": self.residual.as_dict(),
             "input_error": {
                 "train": self.input_train.as_dict(),

@@ -116,5 +116,20 @@ class Policy:
     # Noise that is this share of the squared residual leaves little for a better model.
     mostly_noise: float = 0.5
 
+    # A peak in the spectrum of the residual is a resonance if it is so many times as high as what lies beside it: 25
+    # and 60 on the rigs that have one, at most 5.5 on the others, ... [factor]
+    resonance_peak: float = 10.0
+    # ... if the squared swings are so many times as large while the input moves as while it rests (a hum does not
+    # care), ... [factor]
+    resonance_moves: float = 3.0
+    # ... if its damping is below this one: beyond, a swing is over after one period, and corners need no shaping, ...
+    # [damping]
+    resonance_damping: float = 0.25
+    # Frequency and damping come from how the output answers its own corners where that explains this share of a peak,
+    # from the width of the peak elsewhere.
+    resonance_explained: float = 0.5
+    # ... and if its size is above this share of a step of the sensor.
+    resonance_step: float = 0.3
+
 
 POLICY = Policy()

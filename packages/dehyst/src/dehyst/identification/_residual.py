@@ -17,6 +17,7 @@ from dehyst.identification._data import all_timed, inputs_of
 from dehyst.identification._facts import spread
 from dehyst.identification._policy import POLICY
 from dehyst.identification._threads import single_blas
+from dehyst.models import Resonance
 from dehyst.shell import command
 
 # Where one cause explains as much as another, the first one is named: the simpler, and rate-independent ones first.
@@ -213,6 +214,7 @@ def residual_structure(
     knows_time: bool = False,
     confirmed: Collection[str] = (),
     excluded: Collection[str] = (),
+    resonance: Resonance | None = None,
 ) -> Residual:
     r"""Say what the residual e = y - f of a model follows.
 
@@ -246,6 +248,8 @@ def residual_structure(
         follows the time since a turn is creep, or a loop that the model lacks where all strokes take one time.
     excluded
         Those that a test of their own would have shown, and did not: a log that can tell is not asked for more of it.
+    resonance
+        That the model knows of.
 
     Examples
     --------
@@ -288,7 +292,7 @@ def residual_structure(
         delay=table.delay,
         peak=_peak(spans),
     )
-    suggestions = _suggestions(residual, knows_time, confirmed, excluded)
+    suggestions = _suggestions(residual, knows_time, confirmed, excluded, resonance)
     return replace(residual, suggestions=tuple(suggestions))
 
 
@@ -580,7 +584,11 @@ def _spectrum(segments: Array) -> Array:
 
 
 def _suggestions(
-    residual: Residual, knows_time: bool, confirmed: Collection[str], excluded: Collection[str]
+    residual: Residual,
+    knows_time: bool,
+    confirmed: Collection[str],
+    excluded: Collection[str],
+    resonance: Resonance | None,
 ) -> Iterator[str]:
     """Plain words: the number, and what to log or to try next; the largest cause first."""
     order = sorted(residual.causes, key=lambda cause: -round(cause.share, 2))
@@ -612,11 +620,14 @@ def _suggestions(
         yield f"Nearly as much of the same may come from {' and '.join(rivals)}."
     if residual.peak is not None:
         peak = residual.peak.words(residual.timed)
-        yield (
-            f"{peak}, where the input hardly moves: a resonance that the motion rings, or a "
-            f"disturbance of that frequency. No model of hysteresis follows it: smooth the reference, filter that "
-            f"frequency out of the measured output, or damp it."
-        )
+        if resonance is not None and residual.peak.low <= resonance.frequency <= residual.peak.high:
+            yield f"{peak}: the resonance that the compensator does not excite."
+        else:
+            yield (
+                f"{peak}, where the input hardly moves: a resonance that the motion rings, or a "
+                f"disturbance of that frequency. No model of hysteresis follows it: smooth the reference, filter that "
+                f"frequency out of the measured output, or damp it."
+            )
     noise = residual.noise_share
     if noise is not None and noise >= POLICY.mostly_noise:
         yield (

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from dehyst.models._monotone import StaticCurve as StaticCurve
     from dehyst.models._prandtl_ishlinskii import PrandtlIshlinskii as PrandtlIshlinskii
     from dehyst.models._prandtl_ishlinskii import StopOperatorModel as StopOperatorModel
+    from dehyst.models._resonance import Resonance as Resonance
     from dehyst.models._sheared import ShearedPrandtlIshlinskii as ShearedPrandtlIshlinskii
     from dehyst.models._sheared import subtracted_shear as subtracted_shear
     from dehyst.models._storage import load as load
@@ -41,6 +42,7 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_model": "Band Model",
         "_monotone": "ModifiedPrandtlIshlinskii MonotoneMap StaticCurve",
         "_prandtl_ishlinskii": "PrandtlIshlinskii StopOperatorModel",
+        "_resonance": "Resonance",
         "_sheared": "ShearedPrandtlIshlinskii subtracted_shear",
         "_storage": "load model_to_dict",
         "dehyst._native": "StackStepper Stepper",

@@ -21,6 +21,7 @@ from dehyst.models._card import ModelCard, SignalCard
 from dehyst.models._machine import Direction, Machine
 from dehyst.models._offset import following, offset_numbers, range_width
 from dehyst.models._policy import POLICY
+from dehyst.models._resonance import Resonance
 from dehyst.models._storage import save_model
 
 if TYPE_CHECKING:
@@ -102,6 +103,9 @@ class Model(ABC):
         Median time between samples of the log, for what runs sample by sample; 0 where unknown. [s]
     dead_time
         By which the output is late in the model. [s]
+    resonance
+        At which the actuator rings behind the loop, for what shapes its reference; None where none is known. What the
+        model simulates does not ring.
     """
 
     card: ModelCard
@@ -112,6 +116,7 @@ class Model(ABC):
     shear: float | None = None
     period: float = 0.0
     dead_time: float = 0.0
+    resonance: Resonance | None = None
     file_kind: ClassVar[str] = "dehyst-model"
     core: ClassVar[str] = ""
 
@@ -296,6 +301,30 @@ class Model(ABC):
             (T,), increasing; without it the samples have the period of the log. [s]
         """
         return demand
+
+    @property
+    def lead(self) -> float:
+        """By how much a reference has to be given before its time: dead time, and what its shaper is late. [s]"""
+        lead = self.dead_time
+        if self.resonance is not None:
+            lead += self.resonance.lead
+        return lead
+
+    def shaped(self, reference: Array, time: npt.ArrayLike | None = None) -> Array:
+        """Return a reference (T,) that does not ring the actuator, and is not late: what to give the inverse.
+
+        Parameters
+        ----------
+        reference
+            (T,), as it is wanted; itself where the model knows no resonance. [output]
+        time
+            (T,), increasing; without it the samples have the period of the log. [s]
+        """
+        if self.resonance is None:
+            return reference
+        if time is None:
+            time = self.period * np.arange(reference.size, dtype=np.float64)
+        return self.resonance.shaped(reference, time)
 
     def lost(self, y: Array) -> int:
         """Return at how many samples of a simulated output (T,) the model had none for its input."""

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from dehyst.models._offset import offset_numbers as offset_numbers
     from dehyst.models._offset import range_width as range_width
     from dehyst.models._policy import POLICY as POLICY
+    from dehyst.models._resonance import resonance_of as resonance_of
     from dehyst.models._speed import faster_than_log as faster_than_log
     from dehyst.models._start import ABOUT as ABOUT
     from dehyst.models._start import DEFAULT as DEFAULT
@@ -55,6 +56,7 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_machine": "Direction EPS_FLOAT Machine Operator declared_range",
         "_model": "Inverted Steps WeightTable earlier require_model without_inverse",
         "_offset": "following offset_numbers range_width",
+        "_resonance": "resonance_of",
         "_speed": "faster_than_log",
         "_start": "ABOUT DEFAULT KNOWN MODEL PASTS UNKNOWN begun check_start",
         "_policy": "POLICY",

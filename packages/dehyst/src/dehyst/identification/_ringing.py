@@ -1,0 +1,321 @@
+r"""Finds the resonance of an actuator in what a model of its loop leaves unexplained.
+
+Smooth strokes hardly excite a resonance, so that no fit of one to input and output would tell it. But whatever is
+rough on the way (relays that switch, corners, stick-slip) makes the output ring a little, and the spectrum of the
+residual has a peak there:
+
+.. math::
+
+    P(f) = \frac{A}{(1 - f^2/f_0^2)^2 + (2 \zeta f/f_0)^2} + B + C \frac{f_0^2}{f^2}
+
+Frequency and damping are those with the largest likelihood of the mean spectrum (P. Whittle 1953), noise and the slow
+part of the residual beside them. A disturbance from outside (mains, a pump) makes a peak as well, but it does not care
+whether the actuator moves: only what is clearly larger while the input moves or turns, or shortly after, is a
+resonance. Nor is what is smaller than the steps of the sensor, which make peaks where it is passed at constant speed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from dehyst.arrays import Array, Mask
+from dehyst.data import POLICY as DATA_POLICY
+from dehyst.data import Recording, range_over, turning_points
+from dehyst.families import kit as families_kit
+from dehyst.identification._cautions import not_shaped, rings
+from dehyst.identification._facts import spread
+from dehyst.identification._fit import Fit
+from dehyst.identification._policy import POLICY
+from dehyst.models import Resonance
+
+LONGEST_SEGMENT, SHORTEST_SEGMENT = 4096, 128  # samples
+MOST_SEGMENTS = 200
+PARTS = 8  # of a log, at least, have a spectrum of their own
+HIGHEST = (
+    8  # samples in a period of the highest frequency: a shaper needs half as many between its parts
+)
+FASTER = 10.0  # than the strokes: slower peaks are harmonics of the strokes themselves
+NEAR, FAR = (
+    1.2,
+    1.6,
+)  # a peak stands out of what lies between these times its frequency, on either side
+SWINGS = 32  # in a segment that tells frequency and damping; longer ones would show the repetition of the strokes
+FREQUENCIES = np.linspace(0.9, 1.1, 81)
+DAMPINGS = np.geomspace(0.002, 0.4, 25)
+HANN = np.array([1.0, 4.0, 1.0]) / 6.0  # power of the taper of a segment in neighbouring lines
+WINDOW = 3.0  # swings over which their size is a mean
+FEWEST_WINDOWS = 16
+UNEVEN = 0.1  # of a step of time
+TINY = 1e-300
+
+
+class Ringing(NamedTuple):
+    """A resonance that a residual shows.
+
+    Attributes
+    ----------
+    resonance
+        Frequency and damping.
+    size
+        Of the swings, root mean square. [output]
+    """
+
+    resonance: Resonance
+    size: float
+
+
+def with_resonance(fit: Fit, resonance: Resonance | str | None) -> Fit:
+    """Return a fit whose model knows the resonance of the actuator: one that is given, or what the fitted part shows.
+
+    Parameters
+    ----------
+    fit
+        As judged.
+    resonance
+        "auto": what the residual shows; None: none.
+    """
+    if resonance is None:
+        return fit
+    if isinstance(resonance, Resonance):
+        if not isinstance(fit.model, families_kit.ElementModel):
+            return replace(fit, warnings=(*fit.warnings, not_shaped(resonance, fit.family)))
+        return replace(fit, model=replace(fit.model, resonance=resonance))
+    shown = ringing(fit.recordings, fit.predictions, fit.train_masks)
+    if shown is None:
+        return fit
+    # What is known of a resonance takes the place of what was seen of a peak.
+    warnings = [finding for finding in fit.warnings if finding.code != "spectral-peak"]
+    low, high = range_over([record.output for record in fit.recordings])
+    percent = 100.0 * shown.size / (high - low)
+    if not isinstance(fit.model, families_kit.ElementModel):
+        return replace(fit, warnings=(*warnings, not_shaped(shown.resonance, fit.family)))
+    model = replace(fit.model, resonance=shown.resonance)
+    return replace(fit, model=model, warnings=(*warnings, rings(shown.resonance, percent)))
+
+
+class _Span(NamedTuple):
+    """Residual, prediction and input (T,) of samples in succession."""
+
+    error: Array
+    predicted: Array
+    x: Array
+
+
+def ringing(
+    recordings: Sequence[Recording], predictions: Sequence[Array], masks: Sequence[Mask]
+) -> Ringing | None:
+    """Return the resonance that the residual of a model shows; None where none is clear.
+
+    Parameters
+    ----------
+    recordings
+        The data; without time stamps, or unevenly sampled, nothing is told.
+    predictions
+        Output of the model for each, (T,). [output]
+    masks
+        Samples that count, (T,) each.
+    """
+    period = _period(recordings)
+    spans = []
+    for record, prediction, mask in zip(recordings, predictions, masks, strict=True):
+        spans += _spans(record, prediction, mask)
+    if not period or not spans:
+        return None
+    frequency = _peak(spans, period)
+    if frequency is None:
+        return None
+    resonance = _resonance(spans, period, frequency)
+    if resonance is None:
+        return None
+    sizes = _sizes(spans, period, resonance)
+    if sizes is None:
+        return None
+    size = float(np.sqrt(2.0 * np.mean(sizes)))
+    steps = max(_step(record.output[mask]) for record, mask in zip(recordings, masks, strict=True))
+    if size < steps * POLICY.resonance_step:
+        return None
+    return Ringing(resonance, size)
+
+
+def _step(values: Array) -> float:
+    """Return the step of a sensor: the usual difference of neighbouring values, 0 where most are met once. [output]"""
+    levels = np.unique(values)
+    if 2 * levels.size > values.size or levels.size < 2:
+        return 0.0
+    return float(np.median(np.diff(levels)))
+
+
+def _period(recordings: Sequence[Recording]) -> float:
+    """Return the time between samples, 0 where there is none or it changes. [s]"""
+    steps = []
+    for record in recordings:
+        if record.time is None or record.time.size < SHORTEST_SEGMENT:
+            return 0.0
+        differences = np.diff(record.time)
+        step = float(np.median(differences))
+        # Breaks have steps of their own, and are few.
+        if np.quantile(np.abs(differences - step), 0.99) > UNEVEN * step:
+            return 0.0
+        steps.append(step)
+    if max(steps) - min(steps) > UNEVEN * min(steps):
+        return 0.0
+    return float(np.median(steps))
+
+
+def _spans(record: Recording, prediction: Array, mask: Mask) -> list[_Span]:
+    spans = []
+    for piece in record.pieces:
+        counted = np.concatenate([[False], mask[piece], [False]])
+        edges = np.flatnonzero(counted[1:] != counted[:-1]) + piece.start
+        for begin, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+            if end - begin >= 2 * SHORTEST_SEGMENT:
+                part = slice(begin, end)
+                error = record.output[part] - prediction[part]
+                spans.append(_Span(error, prediction[part], record.input[part]))
+    return spans
+
+
+class _Spectra(NamedTuple):
+    """Mean power of residual and prediction, and of the one times the conjugate of the other, (F,), of segments."""
+
+    error: Array
+    predicted: Array
+    cross: npt.NDArray[np.complex128]
+    segments: int
+
+
+def _spectra(spans: Sequence[_Span], size: int) -> _Spectra:
+    """Return mean spectra of tapered segments at whole numbers of cycles."""
+    taper = 0.5 - 0.5 * np.cos(2.0 * np.pi * (np.arange(size) + 0.5) / size)
+    whole = [span for span in spans if span.error.size >= size]
+    most = MOST_SEGMENTS // max(1, len(whole)) + 1
+    lines = size // 2 + 1
+    error, predicted, number = np.zeros(lines), np.zeros(lines), 0
+    cross = np.zeros(lines, dtype=np.complex128)
+    for span in whole:
+        for begin in spread(0, span.error.size - size + 1, most).tolist():
+            part = slice(begin, begin + size)
+            error_part, prediction = span.error[part], span.predicted[part]
+            e = np.fft.rfft((error_part - error_part.mean()) * taper)
+            # The slow motion is far larger than its corners: a line through its ends keeps it out of their spectrum.
+            w = np.fft.rfft((prediction - np.linspace(prediction[0], prediction[-1], size)) * taper)
+            error += np.abs(e) ** 2
+            predicted += np.abs(w) ** 2
+            cross += e * np.conj(w)
+            number += 1
+    per = 1.0 / max(1, number)
+    return _Spectra(per * error, per * predicted, per * cross, number)
+
+
+def _peak(spans: Sequence[_Span], period: float) -> float | None:
+    """Return the frequency of the highest peak above what lies beside it; None where none is clear. [Hz]"""
+    samples = sum(span.error.size for span in spans)
+    size = min(LONGEST_SEGMENT, max(span.error.size for span in spans) // PARTS)
+    if size < SHORTEST_SEGMENT:
+        return None
+    spectra = _spectra(spans, size)
+    power = spectra.error
+    width = max(float(np.ptp(span.x)) for span in spans)
+    turns = sum(turning_points(span.x, DATA_POLICY.turn_fraction * width).size for span in spans)
+    strokes_frequency = 0.5 * (turns + 1) / samples  # cycles a sample
+    lowest = max(4, int(np.ceil(FASTER * strokes_frequency * size)))
+    highest = size // HIGHEST
+    if spectra.segments < PARTS or lowest >= highest or not power.sum() > 0.0:
+        return None
+    log = np.log(power + TINY * power.max())
+    best, top = -np.inf, 0
+    for k in range(lowest, highest):
+        below = log[int(k / FAR) : int(k / NEAR) + 1]
+        above = log[int(k * NEAR) : int(k * FAR) + 1]
+        height = float(log[k] - max(np.median(below), np.median(above)))
+        if height > best:
+            best, top = height, k
+    if best < np.log(POLICY.resonance_peak):
+        return None
+    return top / (size * period)
+
+
+def _resonance(spans: Sequence[_Span], period: float, near: float) -> Resonance | None:
+    """Return frequency and damping of a peak; None if it hardly rings.
+
+    Where the prediction explains the peak, by least squares through it, else by the likelihood of the power alone.
+    """
+    wanted = 2 ** int(np.ceil(np.log2(SWINGS / (near * period))))
+    size = min(max(wanted, SHORTEST_SEGMENT), max(span.error.size for span in spans) // 2)
+    spectra = _spectra(spans, size)
+    frequencies = np.arange(spectra.error.size) / (size * period)
+    around = (frequencies > near / FAR) & (frequencies < near * FAR)
+    at, power = frequencies[around], spectra.error[around] + TINY
+    predicted, cross = spectra.predicted[around], spectra.cross[around]
+    best_missed, best_misfit = np.inf, np.inf
+    by_input = by_power = Resonance(near, 0.0)
+    for frequency in near * FREQUENCIES:
+        ratio = at / frequency
+        for damping in DAMPINGS:
+            response = 1.0 / (1.0 - ratio**2 + 2j * damping * ratio)
+            added = response - 1.0
+            missed = float(
+                np.sum(
+                    power - 2.0 * np.real(np.conj(added) * cross) + np.abs(added) ** 2 * predicted
+                )
+            )
+            if missed < best_missed:
+                best_missed, by_input = missed, Resonance(float(frequency), float(damping))
+            misfit = _misfit(np.abs(response) ** 2, ratio, power)
+            if misfit < best_misfit:
+                best_misfit, by_power = misfit, Resonance(float(frequency), float(damping))
+    explained = 1.0 - best_missed / float(np.sum(power))
+    resonance = by_input if explained > POLICY.resonance_explained else by_power
+    if resonance.damping > POLICY.resonance_damping:
+        return None
+    return resonance
+
+
+def _misfit(swing: Array, ratio: Array, power: Array) -> float:
+    """Return Whittle's misfit of a swing, noise and a slow part to a power: a line has an exponential distribution."""
+    smeared = np.convolve(np.concatenate([swing[:1], swing, swing[-1:]]), HANN, "valid")
+    columns = np.stack([smeared, np.ones(ratio.size), 1.0 / ratio**2], axis=1)
+    shares = np.linalg.lstsq(columns / power[:, None], np.ones(ratio.size), rcond=None)[0]
+    model = columns @ np.maximum(shares, 0.0)
+    if not np.all(model > 0.0):
+        return np.inf
+    return float(np.sum(np.log(model) + power / model))
+
+
+def _sizes(spans: Sequence[_Span], period: float, resonance: Resonance) -> Array | None:
+    """Return the squared size of the swings in windows; None where they do not care whether the input moves."""
+    window = int(np.ceil(WINDOW / (resonance.frequency * period)))
+    sizes: list[Array] = []
+    speeds: list[Array] = []
+    turnings: list[Array] = []
+    for span in spans:
+        count = span.error.size // window
+        if count < 2:
+            continue
+        swing = np.exp(-2j * np.pi * resonance.frequency * period * np.arange(count * window))
+        error = span.error[: count * window] - span.error.mean()
+        sizes.append(np.abs((error * swing).reshape(count, window).mean(axis=1)) ** 2)
+        for activity, change in (
+            (speeds, np.diff(span.x, prepend=span.x[0])),
+            (turnings, np.diff(span.x, 2, prepend=[span.x[0], span.x[0]])),
+        ):
+            moved = np.abs(change[: count * window]).reshape(count, window).mean(axis=1)
+            # What rings now was moved now or in the window before.
+            activity.append(np.maximum(moved, np.concatenate([moved[:1], moved[:-1]])))
+    if not sizes or sum(part.size for part in sizes) < FEWEST_WINDOWS:
+        return None
+    size = np.concatenate(sizes)
+    for activity in (speeds, turnings):
+        moved = np.concatenate(activity)
+        # Logs rest for more than half of their time, or never: the stillest quarter, and what moves more than the mean.
+        still, moving = moved <= np.quantile(moved, 0.25), moved > moved.mean()
+        if not np.any(moving):
+            continue
+        if size[moving].mean() > POLICY.resonance_moves * max(float(size[still].mean()), TINY):
+            return np.asarray(size)
+    return None
