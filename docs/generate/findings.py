@@ -548,6 +548,18 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "disturbance, such as the supply. No model of hysteresis follows it.",
             "Smooth the reference, filter that frequency out of the measured output, or damp it.",
         ),
+        "resonance": (
+            "The spectrum of what the model misses has a peak {RESONANCE_PEAK:g} times as high as what lies beside it, "
+            "and its swings are {RESONANCE_MOVES:g} times as large (squared) while the input moves or turns as while it "
+            "rests: the actuator rings. The model simulates the loop alone; its compensator splits the reference into "
+            "two parts, half a swing apart, so that both swings cancel.",
+            "Nothing. `--resonance HZ,DAMPING` where it is known better, `--resonance none` to leave references alone.",
+        ),
+        "resonance-not-shaped": (
+            "The same, or a `--resonance` that was typed, where the log needs no more than plays or a curve: these have "
+            "no place for a resonance.",
+            "Smooth the reference over a swing, or take a row of elements (`--family full-sum`).",
+        ),
         "no-held-out": (
             "A part was to be held out, but none of it counts, because its memory is unknown after a gap. The errors "
             "are those of the fit itself and flatter it.",
@@ -681,6 +693,20 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "exported compensator wants its reference that much ahead.",
             "Nothing, where the actuator is late and the reference known ahead; else identify with `--ahead 0`. Where "
             "only the sensor is late, `dehyst compensate --ahead 0`.",
+        ),
+        "reference-shaped": (
+            "The model knows a resonance: `compensate`, or the exported unit, splits the reference into two parts whose "
+            "swings cancel. Corners are rounded by half a swing. A unit wants its reference a little ahead.",
+            "Nothing, or identify with `--resonance none` to leave references as they are.",
+        ),
+        "resonance-too-fast": (
+            "Half a swing of the resonance is less than two samples of the reference, or two periods of the unit: "
+            "nothing can be shaped.",
+            "Sample the reference more finely, or run the unit with the `--period` that the message names.",
+        ),
+        "resonance-left-out": (
+            "A forward unit answers as the loop alone, without the resonance that its model knows.",
+            "Put a system of second order behind it where swings count.",
         ),
         "memory-unknown": (
             "With `--unknown-state` nothing is assumed of the past, or for models without a bound that it was between "

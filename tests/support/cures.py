@@ -18,6 +18,7 @@ from dehyst_robot.muscles import muscle
 from direct_samples import TIPS, asked, log, motion
 from identification_oracles import loops
 from places import ROOT
+from swings import second_order
 from test_identification_findings import FIRING, PI, noise
 
 sys.path.insert(0, str(ROOT / "benchmarks"))
@@ -414,6 +415,33 @@ def answers_late(folder):
     saved(model, ref={"time_s": t, "angle": 0.2 * np.sin(t)})(folder)
 
 
+def rings_when_it_moves(folder):
+    """Plays that move, rest and ring at 6 Hz."""
+    t = 0.01 * np.arange(6000)
+    x = np.where(t % 8.0 < 4.0, np.sin(0.5 * np.pi * t), 0.0)
+    y = second_order(PI.simulate(x), 6.0, 0.03, 0.01) + noise(t.size, 1e-3)
+    log_of(dehyst.Recording(input=x, output=y, time=t), folder / "log.csv")
+
+
+def bends(folder):
+    """A curve without hysteresis."""
+    t, x = wave()
+    log_of(dehyst.Recording(input=x, output=x + 0.3 * x**3, time=t), folder / "log.csv")
+
+
+def model_that_rings(frequency):
+    """What writes a model that knows a resonance, the same without, and references of two steps of time."""
+
+    def write(folder):
+        t, fine = 0.02 * np.arange(500), 0.002 * np.arange(5000)
+        model = replace(ElementModel.example(), period=0.02, card=CARD, resonance=(frequency, 0.03))
+        saved(model, ref={"time_s": t, "angle": 0.2 * np.sin(t)})(folder)
+        replace(model, resonance=None).save(folder / "plain.json")
+        write_csv(folder / "fine.csv", {"time_s": fine, "angle": 0.2 * np.sin(fine)})
+
+    return write
+
+
 def axis_sheet(play=0.04, repeats=3, approach=2.0, unit=" [mm]", factor=1.0):
     """What writes the filled sheet of an axis."""
 
@@ -619,6 +647,51 @@ CURES: dict[str, list[Cure]] = {
             "compensate m.json ref.csv --output angle",
             "--ahead 0",
             after="changed",
+        )
+    ],
+    "resonance": [
+        Cure(rings_when_it_moves, IDENTIFY, "--resonance none"),
+        Cure(
+            rings_when_it_moves, IDENTIFY, "--resonance (HZ,DAMPING)", "{line} --resonance 6,0.03"
+        ),
+    ],
+    "resonance-not-shaped": [
+        Cure(bends, f"{IDENTIFY} --resonance 6,0.03", "--family full-sum", "{line} {named}")
+    ],
+    "reference-shaped": [
+        Cure(
+            model_that_rings(6.0),
+            "compensate m.json ref.csv --output angle",
+            "identify with (--resonance none)",
+            "compensate plain.json ref.csv --output angle",
+        ),
+        Cure(
+            model_that_rings(6.0),
+            "export m.json --target c --out unit",
+            "identify with (--resonance none)",
+            "export plain.json --target c --out unit --overwrite",
+        ),
+    ],
+    "resonance-too-fast": [
+        Cure(
+            model_that_rings(20.0),
+            "export m.json --target c --out unit",
+            r"--period [\d.e-]+",
+            "{line} {named} --overwrite",
+        ),
+        Cure(
+            model_that_rings(20.0),
+            "compensate m.json ref.csv --output angle",
+            "Sample it more finely",
+            "compensate m.json fine.csv --output angle",
+        ),
+    ],
+    "resonance-left-out": [
+        Cure(
+            model_that_rings(6.0),
+            "export m.json --target c --what forward --out unit",
+            "second order",
+            "export plain.json --target c --what forward --out unit --overwrite",
         )
     ],
     "output-late": [

@@ -14,9 +14,18 @@ PLAYS = {"pi": play_model, "modified-pi": mapped_model, "stop": stop_model}
 CHOSEN = (*PLAYS, *(row.name for row in ROWS if row.chosen != "never"), "direct-inverse")
 
 
+RINGS = (
+    "full-sum",
+    "inverse-stop-rate",
+)  # one that is solved, and one that is evaluated, shape their reference
+
+
 def of_row(row):
     """A model of a row of the table, with a map where it can have one."""
-    return replace(sample(row), card=CARD, after_map=MAP if True in row.sums[0].maps else ((), ()))
+    model = replace(sample(row), card=CARD, after_map=MAP if True in row.sums[0].maps else ((), ()))
+    if row.name in RINGS:
+        model = replace(model, resonance=(0.1 / model.period, 0.05))
+    return model
 
 
 @cache

@@ -32,6 +32,34 @@ def test_a_block_in_range_answers_what_its_model_answers_and_its_inverse_finds_t
     np.testing.assert_allclose(needed, INPUT, atol=1e-12)
 
 
+@pytest.mark.parametrize("period", [0.02, 0.01])
+@pytest.mark.parametrize("direction", ["forward", "inverse"])
+def test_an_inverse_block_shapes_its_reference_as_the_model_does_and_a_forward_one_does_not(
+    direction, period
+):
+    model = element_model(direction, resonance=(4.0, 0.1))
+    time = period * np.arange(700)
+    still = replace(model, dead_time=0.0, resonance=None)
+    wanted = np.clip(still.simulate(INPUT, time), -3.5, 4.5)
+    shaped = model.resonance.shaped(wanted, time, 0.0)
+    assert np.abs(shaped - wanted).max() > 0.05
+    answered, _ = Block(model, "inverse", period=period).run(wanted)
+    expected, _ = Block(still, "inverse", period=period).run(shaped)
+    np.testing.assert_allclose(answered, expected, atol=1e-12)
+    plain = replace(model, resonance=None)
+    for one, other in ((model, plain), (replace(model, dead_time=0.0), still)):
+        forward = Block(one, "forward", period=period).run(INPUT)[0]
+        assert np.array_equal(forward, Block(other, "forward", period=period).run(INPUT)[0])
+
+
+def test_a_block_too_slow_for_half_a_swing_leaves_its_reference_as_it_is():
+    model = element_model(resonance=(20.0, 0.0))  # half a swing is 1.25 periods
+    plain = replace(model, resonance=None)
+    wanted = np.clip(plain.simulate(INPUT, TIME), -3.5, 4.5)
+    blocks = [Block(one, "inverse", period=0.02) for one in (model, plain)]
+    assert np.array_equal(*(block.run(wanted)[0] for block in blocks))
+
+
 @pytest.mark.parametrize("seed", range(60))
 def test_random_sums_are_undone_by_their_inverse_block_and_stay_within_their_limits(seed):
     rng = np.random.default_rng(seed)

@@ -555,8 +555,10 @@ class ElementModel(LoopModel):
         for entry in fields(self):
             if entry.name == "elements":
                 parameters["elements"] = _plain(tuple(map(astuple, self.elements)))
-            elif entry.name == "resonance" and self.resonance is not None:
-                parameters["resonance"] = _plain(astuple(self.resonance))
+            elif entry.name == "resonance":
+                parameters["resonance"] = []
+                if self.resonance is not None:
+                    parameters["resonance"] = _plain(astuple(self.resonance))
             elif entry.name not in ("scaling", "start", "card", "resonance"):
                 parameters[entry.name] = _plain(getattr(self, entry.name))
         return parameters

@@ -27,6 +27,7 @@ from dehyst.arrays import Array, Mask
 from dehyst.data import POLICY as DATA_POLICY
 from dehyst.data import Recording, range_over, turning_points
 from dehyst.families import kit as families_kit
+from dehyst.findings import Finding
 from dehyst.identification._cautions import not_shaped, rings
 from dehyst.identification._facts import spread
 from dehyst.identification._fit import Fit
@@ -82,20 +83,29 @@ def with_resonance(fit: Fit, resonance: Resonance | str | None) -> Fit:
     if resonance is None:
         return fit
     if isinstance(resonance, Resonance):
-        if not isinstance(fit.model, families_kit.ElementModel):
-            return replace(fit, warnings=(*fit.warnings, not_shaped(resonance, fit.family)))
-        return replace(fit, model=replace(fit.model, resonance=resonance))
+        peak = fit.residual.peak
+        if peak is None or not peak.low <= resonance.frequency <= peak.high:
+            return _knowing(fit, resonance, fit.warnings)
+        return _knowing(fit, resonance, _without_peak(fit))
     shown = ringing(fit.recordings, fit.predictions, fit.train_masks)
     if shown is None:
         return fit
-    # What is known of a resonance takes the place of what was seen of a peak.
-    warnings = [finding for finding in fit.warnings if finding.code != "spectral-peak"]
     low, high = range_over([record.output for record in fit.recordings])
     percent = 100.0 * shown.size / (high - low)
+    return _knowing(fit, shown.resonance, _without_peak(fit), rings(shown.resonance, percent))
+
+
+def _without_peak(fit: Fit) -> tuple[Finding, ...]:
+    """What is known of a resonance takes the place of what was seen of a peak."""
+    return tuple(finding for finding in fit.warnings if finding.code != "spectral-peak")
+
+
+def _knowing(fit: Fit, resonance: Resonance, warnings: tuple[Finding, ...], *more: Finding) -> Fit:
+    """Return a fit whose model knows a resonance, or that says why it does not; `more` is said where it does."""
     if not isinstance(fit.model, families_kit.ElementModel):
-        return replace(fit, warnings=(*warnings, not_shaped(shown.resonance, fit.family)))
-    model = replace(fit.model, resonance=shown.resonance)
-    return replace(fit, model=model, warnings=(*warnings, rings(shown.resonance, percent)))
+        return replace(fit, warnings=(*warnings, not_shaped(resonance, fit.family)))
+    model = replace(fit.model, resonance=resonance)
+    return replace(fit, model=model, warnings=(*warnings, *more))
 
 
 class _Span(NamedTuple):

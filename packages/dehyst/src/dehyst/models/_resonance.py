@@ -130,9 +130,11 @@ class Resonance:
 
 
 def resonance_of(value: Any) -> Resonance | None:
-    """Return a resonance from itself, from a pair of frequency and damping, or from none."""
+    """Return a resonance from itself, or from a pair of frequency and damping; None from nothing, or an empty pair."""
     if value is None or isinstance(value, Resonance):
         return value
+    if isinstance(value, list | tuple | np.ndarray) and len(value) == 0:
+        return None
     try:
         frequency, damping = value
     except (TypeError, ValueError):
