@@ -64,8 +64,9 @@ def sources() -> str:
 def demand(fit: Fit, wanted: Array, period: float) -> Array:
     """Return what `dehyst compensate` asks for along a reference (T,), and when its dead time says to send it."""
     at = period * np.arange(wanted.size)
-    inverse = models_kit.begun(fit.model.inverse(), models_kit.DEFAULT, float(wanted[0]))
-    return np.asarray(fit.model.ahead(inverse.simulate(wanted, at), at))
+    shaped = fit.model.shaped(wanted, at)
+    inverse = models_kit.begun(fit.model.inverse(), models_kit.DEFAULT, float(shaped[0]))
+    return np.asarray(fit.model.ahead(inverse.simulate(shaped, at), at))
 
 
 def tracked(rig: Rig, fit: Fit, span: float) -> dict[str, Scores]:

@@ -17,6 +17,7 @@ import matplotlib
 import numpy as np
 import numpy.typing as npt
 from matplotlib.figure import Figure
+from scipy.signal import TransferFunction, lsim
 
 import dehyst
 from dehyst.data import measure_loops
@@ -444,6 +445,39 @@ def another_signal() -> Figure:
     return figure
 
 
+def resonance() -> Figure:
+    """Triangles of an actuator of plays that rings at 25 Hz: as it answers, and as with a shaped reference."""
+    time = 0.001 * np.arange(5000)
+    swing = 2.0 * np.pi * 25.0
+    stage = TransferFunction([swing**2], [1.0, 2.0 * 0.02 * swing, swing**2])
+    loop = dehyst.PrandtlIshlinskii([0.0, 0.2, 0.5], [1.0, 0.4, 0.2])
+
+    def answered(x: Array) -> Array:
+        return np.asarray(lsim(stage, loop.simulate(x), time)[1])
+
+    corners = np.arange(0.0, 5.01, 0.25)
+    tips = 0.8 * np.random.default_rng(4).uniform(-1.0, 1.0, corners.size)
+    tips[0] = 0.0
+    x = np.interp(time, corners, tips)
+    fit = dehyst.identify(dehyst.Recording(x, answered(x), time))
+    wanted = np.clip(0.6 * (4.0 * np.abs((time / 0.2 + 0.25) % 1.0 - 0.5) - 1.0), -0.6, 0.6)
+    figure = Figure(figsize=(9.6, 3.4), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    shown = (time > 1.0) & (time < 1.4)
+    left.plot(time[shown], wanted[shown], color=GREY, lw=4.0, alpha=0.5, label="wanted")
+    for reference, color, label in (
+        (wanted, ORANGE, "as it is"),
+        (fit.model.shaped(wanted, time), BLUE, "shaped"),
+    ):
+        y = answered(fit.model.inverse().simulate(reference, time))
+        left.plot(time[shown], y[shown], color=color, lw=1.2, label=label)
+        right.plot(time[shown], (y - wanted)[shown], color=color, lw=1.2)
+    left.set(xlabel="time [s]", ylabel="travel [mm]")
+    right.set(xlabel="time [s]", ylabel="error [mm]")
+    left.legend(loc="upper right", fontsize=9)
+    return figure
+
+
 def integrator() -> Figure:
     """What the integrator has left to do beside a compensator, from the committed run of benchmarks/integrator.py."""
     found = json.loads(INTEGRATOR.read_text(encoding="utf-8"))
@@ -499,6 +533,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "excitation": excitation,
     "backlash": backlash,
     "another-signal": another_signal,
+    "resonance": resonance,
     "speed": speed_over_operators,
     "bouc-wen": bouc_wen.figure,
     "which-model": which_model.figure,

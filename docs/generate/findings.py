@@ -550,14 +550,14 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         ),
         "resonance": (
             "The spectrum of what the model misses has a peak {RESONANCE_PEAK:g} times as high as what lies beside it, "
-            "and its swings are {RESONANCE_MOVES:g} times as large (squared) while the input moves or turns as while it "
-            "rests: the actuator rings. The model simulates the loop alone; its compensator splits the reference into "
-            "two parts, half a swing apart, so that both swings cancel.",
+            "and its swings are {RESONANCE_MOVES:g} times as large (squared) while the input moves or turns as while "
+            "it rests: the actuator rings. The model simulates the loop alone; its compensator splits the reference "
+            "into two parts, half a swing apart, so that both swings cancel.",
             "Nothing. `--resonance HZ,DAMPING` where it is known better, `--resonance none` to leave references alone.",
         ),
         "resonance-not-shaped": (
-            "The same, or a `--resonance` that was typed, where the log needs no more than plays or a curve: these have "
-            "no place for a resonance.",
+            "The same, or a `--resonance` that was typed, where the log needs no more than plays or a curve: these "
+            "have no place for a resonance.",
             "Smooth the reference over a swing, or take a row of elements (`--family full-sum`).",
         ),
         "no-held-out": (
@@ -695,8 +695,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "only the sensor is late, `dehyst compensate --ahead 0`.",
         ),
         "reference-shaped": (
-            "The model knows a resonance: `compensate`, or the exported unit, splits the reference into two parts whose "
-            "swings cancel. Corners are rounded by half a swing. A unit wants its reference a little ahead.",
+            "The model knows a resonance: `compensate`, or the exported unit, splits the reference into two parts "
+            "whose swings cancel. Corners are rounded by half a swing. A unit wants its reference a little ahead.",
             "Nothing, or identify with `--resonance none` to leave references as they are.",
         ),
         "resonance-too-fast": (

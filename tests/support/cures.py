@@ -425,8 +425,9 @@ def rings_when_it_moves(folder):
 
 def bends(folder):
     """A curve without hysteresis."""
-    t, x = wave()
-    log_of(dehyst.Recording(input=x, output=x + 0.3 * x**3, time=t), folder / "log.csv")
+    t, x = wave(2000)
+    y = x + 0.3 * x**3 + noise(t.size, 1e-3)
+    log_of(dehyst.Recording(input=x, output=y, time=t), folder / "log.csv")
 
 
 def model_that_rings(frequency):

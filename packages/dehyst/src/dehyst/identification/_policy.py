@@ -118,7 +118,7 @@ class Policy:
 
     # A peak in the spectrum of the residual is a resonance if it is so many times as high as what lies beside it: 25
     # and 60 on the rigs that have one, at most 5.5 on the others, ... [factor]
-    resonance_peak: float = 10.0
+    resonance_peak: float = 7.0
     # ... if the squared swings are so many times as large while the input moves as while it rests (a hum does not
     # care), ... [factor]
     resonance_moves: float = 3.0

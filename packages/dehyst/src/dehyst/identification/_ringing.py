@@ -9,9 +9,12 @@ residual has a peak there:
     P(f) = \frac{A}{(1 - f^2/f_0^2)^2 + (2 \zeta f/f_0)^2} + B + C \frac{f_0^2}{f^2}
 
 Frequency and damping are those with the largest likelihood of the mean spectrum (P. Whittle 1953), noise and the slow
-part of the residual beside them. A disturbance from outside (mains, a pump) makes a peak as well, but it does not care
-whether the actuator moves: only what is clearly larger while the input moves or turns, or shortly after, is a
-resonance. Nor is what is smaller than the steps of the sensor, which make peaks where it is passed at constant speed.
+part of the residual beside them. Where the peak is what the resonance makes of the model's own output (corners of
+triangles do that), they are those of the least squares through it.
+
+A disturbance from outside (mains, a pump) makes a peak as well, but it does not care whether the actuator moves: only
+what the model's output explains is a resonance, or what is clearly larger while the input moves or turns, or shortly
+after. Nor is one what is smaller than the steps of the sensor, which make peaks where it is passed at constant speed.
 """
 
 from __future__ import annotations
@@ -40,7 +43,7 @@ PARTS = 8  # of a log, at least, have a spectrum of their own
 HIGHEST = (
     8  # samples in a period of the highest frequency: a shaper needs half as many between its parts
 )
-FASTER = 10.0  # than the strokes: slower peaks are harmonics of the strokes themselves
+FASTER = 6.0  # than the strokes: slower peaks are harmonics of the strokes themselves
 NEAR, FAR = (
     1.2,
     1.6,
@@ -49,7 +52,7 @@ SWINGS = 32  # in a segment that tells frequency and damping; longer ones would 
 FREQUENCIES = np.linspace(0.9, 1.1, 81)
 DAMPINGS = np.geomspace(0.002, 0.4, 25)
 HANN = np.array([1.0, 4.0, 1.0]) / 6.0  # power of the taper of a segment in neighbouring lines
-WINDOW = 3.0  # swings over which their size is a mean
+WINDOW = 4.0  # swings, tapered, over which their size is a mean
 FEWEST_WINDOWS = 16
 UNEVEN = 0.1  # of a step of time
 TINY = 1e-300
@@ -139,11 +142,11 @@ def ringing(
     frequency = _peak(spans, period)
     if frequency is None:
         return None
-    resonance = _resonance(spans, period, frequency)
-    if resonance is None:
+    resonance, explained = _resonance(spans, period, frequency)
+    if resonance.damping > POLICY.resonance_damping:
         return None
-    sizes = _sizes(spans, period, resonance)
-    if sizes is None:
+    sizes, by_motion = _sizes(spans, period, resonance)
+    if not (explained or by_motion):
         return None
     size = float(np.sqrt(2.0 * np.mean(sizes)))
     steps = max(_step(record.output[mask]) for record, mask in zip(recordings, masks, strict=True))
@@ -201,7 +204,7 @@ class _Spectra(NamedTuple):
 
 def _spectra(spans: Sequence[_Span], size: int) -> _Spectra:
     """Return mean spectra of tapered segments at whole numbers of cycles."""
-    taper = 0.5 - 0.5 * np.cos(2.0 * np.pi * (np.arange(size) + 0.5) / size)
+    taper = _taper(size)
     whole = [span for span in spans if span.error.size >= size]
     most = MOST_SEGMENTS // max(1, len(whole)) + 1
     lines = size // 2 + 1
@@ -220,6 +223,11 @@ def _spectra(spans: Sequence[_Span], size: int) -> _Spectra:
             number += 1
     per = 1.0 / max(1, number)
     return _Spectra(per * error, per * predicted, per * cross, number)
+
+
+def _taper(size: int) -> Array:
+    """Hann's window."""
+    return np.asarray(0.5 - 0.5 * np.cos(2.0 * np.pi * (np.arange(size) + 0.5) / size))
 
 
 def _peak(spans: Sequence[_Span], period: float) -> float | None:
@@ -250,10 +258,10 @@ def _peak(spans: Sequence[_Span], period: float) -> float | None:
     return top / (size * period)
 
 
-def _resonance(spans: Sequence[_Span], period: float, near: float) -> Resonance | None:
-    """Return frequency and damping of a peak; None if it hardly rings.
+def _resonance(spans: Sequence[_Span], period: float, near: float) -> tuple[Resonance, bool]:
+    """Return frequency and damping of a peak, and whether the prediction explains it.
 
-    Where the prediction explains the peak, by least squares through it, else by the likelihood of the power alone.
+    Where it does, by least squares through it, else by the likelihood of the power alone.
     """
     wanted = 2 ** int(np.ceil(np.log2(SWINGS / (near * period))))
     size = min(max(wanted, SHORTEST_SEGMENT), max(span.error.size for span in spans) // 2)
@@ -279,11 +287,8 @@ def _resonance(spans: Sequence[_Span], period: float, near: float) -> Resonance 
             misfit = _misfit(np.abs(response) ** 2, ratio, power)
             if misfit < best_misfit:
                 best_misfit, by_power = misfit, Resonance(float(frequency), float(damping))
-    explained = 1.0 - best_missed / float(np.sum(power))
-    resonance = by_input if explained > POLICY.resonance_explained else by_power
-    if resonance.damping > POLICY.resonance_damping:
-        return None
-    return resonance
+    explained = 1.0 - best_missed / float(np.sum(power)) > POLICY.resonance_explained
+    return (by_input if explained else by_power), explained
 
 
 def _misfit(swing: Array, ratio: Array, power: Array) -> float:
@@ -297,9 +302,12 @@ def _misfit(swing: Array, ratio: Array, power: Array) -> float:
     return float(np.sum(np.log(model) + power / model))
 
 
-def _sizes(spans: Sequence[_Span], period: float, resonance: Resonance) -> Array | None:
-    """Return the squared size of the swings in windows; None where they do not care whether the input moves."""
+def _sizes(spans: Sequence[_Span], period: float, resonance: Resonance) -> tuple[Array, bool]:
+    """Return the squared size of the swings in windows, and whether it cares that the input moves."""
     window = int(np.ceil(WINDOW / (resonance.frequency * period)))
+    decay = np.exp(-2.0 * np.pi * resonance.frequency * resonance.damping * window * period)
+    swing = _taper(window) * np.exp(-2j * np.pi * resonance.frequency * period * np.arange(window))
+    swing /= np.sum(_taper(window))
     sizes: list[Array] = []
     speeds: list[Array] = []
     turnings: list[Array] = []
@@ -307,19 +315,16 @@ def _sizes(spans: Sequence[_Span], period: float, resonance: Resonance) -> Array
         count = span.error.size // window
         if count < 2:
             continue
-        swing = np.exp(-2j * np.pi * resonance.frequency * period * np.arange(count * window))
-        error = span.error[: count * window] - span.error.mean()
-        sizes.append(np.abs((error * swing).reshape(count, window).mean(axis=1)) ** 2)
-        for activity, change in (
-            (speeds, np.diff(span.x, prepend=span.x[0])),
-            (turnings, np.diff(span.x, 2, prepend=[span.x[0], span.x[0]])),
-        ):
+        error = span.error[: count * window].reshape(count, window)
+        sizes.append(np.abs((error - error.mean(axis=1)[:, None]) @ swing) ** 2)
+        speed = np.diff(span.x, prepend=span.x[0])
+        turning = np.diff(speed, prepend=speed[0])
+        for activity, change in ((speeds, speed), (turnings, turning)):
             moved = np.abs(change[: count * window]).reshape(count, window).mean(axis=1)
-            # What rings now was moved now or in the window before.
-            activity.append(np.maximum(moved, np.concatenate([moved[:1], moved[:-1]])))
-    if not sizes or sum(part.size for part in sizes) < FEWEST_WINDOWS:
-        return None
-    size = np.concatenate(sizes)
+            activity.append(_lasting(moved, decay))
+    size = np.concatenate([np.zeros(0), *sizes])
+    if size.size < FEWEST_WINDOWS:
+        return np.zeros(1), False
     for activity in (speeds, turnings):
         moved = np.concatenate(activity)
         # Logs rest for more than half of their time, or never: the stillest quarter, and what moves more than the mean.
@@ -327,5 +332,14 @@ def _sizes(spans: Sequence[_Span], period: float, resonance: Resonance) -> Array
         if not np.any(moving):
             continue
         if size[moving].mean() > POLICY.resonance_moves * max(float(size[still].mean()), TINY):
-            return np.asarray(size)
-    return None
+            return size, True
+    return size, False
+
+
+def _lasting(moved: Array, decay: float) -> Array:
+    """Return what moves a swing in windows, (n,), or moved it before and is not damped out yet."""
+    lasting = moved.copy()
+    # What rings at the beginning of a window was moved in the one before.
+    for k in range(1, moved.size):
+        lasting[k] = max(moved[k], moved[k - 1], lasting[k - 1] * decay)
+    return lasting
