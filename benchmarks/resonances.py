@@ -109,7 +109,7 @@ def missed(rig: Rig, fit: Fit, log: Array, wanted: Array, begin: int) -> tuple[f
 
 def main() -> int:
     """Print the table; 1 if a compensator with its resonance errs more than 1.05 times as much as without."""
-    heads = ["rig", "log", "frequency, damping", "told", *SCANS]
+    heads = ["rig", "log", "frequency, damping", "identified", *SCANS]
     print("| " + " | ".join(heads) + " |\n|---|---|---|---|---|---|")
     ratios, worst = [], 0.0
     for name in (*OWN, *MECHANISMS, *QUIET):

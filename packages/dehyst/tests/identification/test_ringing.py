@@ -39,7 +39,7 @@ def disturbances(random, y):
     }
 
 
-def told(x, y, error):
+def resonance_of_log(x, y, error):
     log = dehyst.Recording(input=x, output=y + error, time=TIME)
     return ringing([log], [y], [np.ones(TIME.size, dtype=bool)])
 
@@ -50,7 +50,7 @@ def test_what_rings_when_it_moves_has_its_frequency_within_two_percent(motion, s
     x = MOTIONS[motion]
     y = LOOP.simulate(x)
     noise = 0.0005 * np.random.default_rng(seed).standard_normal(TIME.size)
-    shown = told(x, y, rung(y) - y + noise)
+    shown = resonance_of_log(x, y, rung(y) - y + noise)
     assert shown is not None
     assert shown.resonance.frequency == pytest.approx(RING[0], rel=0.02)
     assert shown.resonance.damping == pytest.approx(RING[1], rel=0.6)
@@ -62,7 +62,7 @@ def test_noise_a_hum_a_floor_that_shakes_and_steps_of_a_sensor_are_no_resonance(
     x = MOTIONS[motion]
     y = LOOP.simulate(x)
     for name, error in disturbances(np.random.default_rng(seed), y).items():
-        assert told(x, y, error) is None, name
+        assert resonance_of_log(x, y, error) is None, name
 
 
 def test_a_log_without_time_or_too_short_tells_nothing():
