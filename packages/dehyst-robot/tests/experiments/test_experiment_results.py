@@ -30,6 +30,7 @@ def plant(*figures):
     return PlantResult("dahl", {}, (), dict(enumerate(figures)), 30.0)
 
 
+@pytest.mark.slow
 def test_joint_figures_are_rms_and_largest_error_in_degrees():
     run = trial("fast", "off")
     error = np.degrees(run.desired[:, 0] - run.angle[:, 0])

@@ -180,6 +180,7 @@ def test_a_compensator_of_ones_own_is_not_asked_while_it_is_off():
     assert not mine.starts and not mine.angles
 
 
+@pytest.mark.slow
 def test_what_is_no_number_never_reaches_the_valves():
     class Broken(Delegates):
         def step(self, angle, velocity):
@@ -198,6 +199,7 @@ def test_a_load_that_nobody_told_the_controller_is_found_by_the_integrator():
         assert rms(short("slow", loads={1: load})) < 0.4 * rms(run)
 
 
+@pytest.mark.slow
 def test_without_integrator_a_load_stays_as_an_error_to_its_own_side():
     name = "slow_no_integrator"
     shift = [

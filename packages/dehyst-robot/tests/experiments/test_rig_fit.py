@@ -99,6 +99,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say():
     )  # and they are not wider than needed: a normal one gives 0.38
 
 
+@pytest.mark.slow
 def test_held_out_parts_come_as_close_as_the_sensors_allow():
     errors = fitted(1).logs[0].errors
     assert errors["held_out_before"] > 50.0
@@ -145,6 +146,7 @@ def filling(true, contractions):
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("contractions", "both"), [((0.05,), False), ((0.0, 0.2), True)])
 def test_filling_at_one_length_cannot_tell_valve_and_volume_apart_and_at_two_it_can(
     contractions, both
@@ -202,6 +204,7 @@ def test_measured_map_is_88_newton_off_and_comes_much_nearer_on_pressures_not_fi
     assert errors["held_out_after"] < 0.5 * errors["held_out_before"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not WRIST.is_file(), reason="pam_wrist_joint is not beside the project")
 def test_one_loop_of_a_real_wrist_tells_no_number_alone(tmp_path, capsys):
     robot = tmp_path / "wrist.toml"

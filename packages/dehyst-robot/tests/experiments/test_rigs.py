@@ -367,7 +367,7 @@ def test_dehyst_reproduces_on_the_example_and_best_lowers_every_error(name, left
     assert "Errors of the tool" in page and 'id="arm"' in page and "By ISO 9283" not in page
 
 
-@pytest.mark.parametrize("joints", [1, 3, pytest.param(12, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("joints", [1, *(pytest.param(count, marks=pytest.mark.slow) for count in (3, 12))])
 def test_a_new_rig_can_be_loaded_holds_its_weight_and_says_what_is_assumed(tmp_path, joints):
     file = tmp_path / "new.toml"
     file.write_text(new_rig(file, joints), encoding="utf-8")
@@ -546,6 +546,7 @@ def test_torques_of_a_check_are_force_times_radius_and_its_frequency_that_of_a_s
         assert says in cautions(changed, check_rig(changed))[0]
 
 
+@pytest.mark.slow
 def test_the_command_writes_checks_and_refuses(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     run_rig(RigRequest("new", Path("rig.toml"), joints=2))

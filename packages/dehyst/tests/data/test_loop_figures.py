@@ -97,6 +97,7 @@ def test_with_noise_on_both_signals_they_stay_within_a_hundredth():
     assert value(measured, "remanence") == pytest.approx(np.tanh(c / s), rel=0.01)
 
 
+@pytest.mark.slow
 def test_nineteen_of_twenty_generated_loops_are_within_their_intervals():
     """Of 200 logs of six noisy loops, and of 200 with one loop; the interval is one of 95 %."""
     r, w, reach = 0.4, 2.5, 3.0
@@ -375,6 +376,7 @@ def test_what_identify_says_of_the_opening_is_what_loops_says():
     assert fit.facts.loop_words == measured.opening_words
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     not (DATA / "magnet_3c90").is_dir(), reason="no measured logs beside the repository"
 )

@@ -237,6 +237,7 @@ def registered(monkeypatch):
     monkeypatch.setitem(registry.MODULES, "backlash", module.__name__)
 
 
+@pytest.mark.slow
 def test_a_new_family_needs_one_module_and_one_line(registered, lagging):
     x = lagging.input
     truth = Backlash(0.3, 0.5, Scaling(float(x.mean()), 2.0, 3.0, 7.0), "zero")
@@ -446,6 +447,7 @@ def test_errors_that_differ_are_not_printed_as_the_same_number():
     )
 
 
+@pytest.mark.slow
 def test_one_model_under_two_names_is_listed_once_and_says_the_other_name():
     x = 2.0 * np.sin(np.linspace(0.0, 60.0, 1200)) * np.linspace(1.0, 0.3, 1200)
     y = PrandtlIshlinskii([0.0, 0.3, 0.8], [1.0, 0.4, 0.3]).simulate(x)

@@ -68,6 +68,7 @@ def test_an_unchanged_actuator_is_called_drifted_no_more_often_than_promised(ref
     assert alarms <= 7  # binomial(25, 0.08) exceeds it three times in a thousand
 
 
+@pytest.mark.slow
 def test_noise_that_remembers_does_not_look_like_certainty():
     """Oracle: estimates of many logs scatter as the intervals say, though samples are far from independent."""
     log = cycling_log(77, 16, PURE)
@@ -941,6 +942,7 @@ def test_an_error_that_grew_counts_though_no_part_alone_does(new):
     )
 
 
+@pytest.mark.slow
 def test_an_accepted_model_is_as_good_as_one_identified_from_all_of_the_new_logs(new):
     model, log = new
     wear = {**PURE, "hysteresis": 0.8, "gain": 1.05}

@@ -84,6 +84,7 @@ def test_each_part_is_one_line_of_a_narrow_terminal_without_powers_of_ten(run, f
     assert not re.search(r"\de\+0\d", out)
 
 
+@pytest.mark.slow
 def test_cannot_tell_ends_with_status_4_and_the_motion_that_it_asks_for_tells(run, folder):
     """Closed loop: what is printed is typed, the rig moved so, and the log is accepted."""
     status, out, _ = run(

@@ -59,6 +59,7 @@ def check(fit):
         assert "fit all of it" not in said.lower()
 
 
+@pytest.mark.spread(8)
 @pytest.mark.parametrize("code", made.FIRING)
 def test_of_generated_logs(code):
     make, settings, _ = made.FIRING[code]
@@ -75,6 +76,7 @@ def test_of_logs_of_one_loop_or_less(tmp_path: Path, phase: float, fraction: flo
     check(dehyst.identify(dehyst.read_log(path, "x", "y"), n=20, train_fraction=fraction))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     not (DATA / "tendon_sheath_joint" / "data.csv.gz").is_file(), reason="no measured logs"
 )
