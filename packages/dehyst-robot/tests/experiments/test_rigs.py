@@ -367,7 +367,9 @@ def test_dehyst_reproduces_on_the_example_and_best_lowers_every_error(name, left
     assert "Errors of the tool" in page and 'id="arm"' in page and "By ISO 9283" not in page
 
 
-@pytest.mark.parametrize("joints", [1, *(pytest.param(count, marks=pytest.mark.slow) for count in (3, 12))])
+@pytest.mark.parametrize(
+    "joints", [1, *(pytest.param(count, marks=pytest.mark.slow) for count in (3, 12))]
+)
 def test_a_new_rig_can_be_loaded_holds_its_weight_and_says_what_is_assumed(tmp_path, joints):
     file = tmp_path / "new.toml"
     file.write_text(new_rig(file, joints), encoding="utf-8")
