@@ -39,6 +39,7 @@ def cut(size, *signals):
     return [[signal[k : k + size] for signal in signals] for k in range(0, len(signals[0]), size)]
 
 
+@pytest.mark.slow
 def test_reports_do_not_depend_on_the_size_of_batches():
     whole = [found(Watch(MODEL), cut(size, T, X, WORN)) for size in (20_000, 777, 50)]
     assert len(whole[0]) > 10

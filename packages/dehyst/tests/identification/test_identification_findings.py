@@ -199,6 +199,7 @@ def test_every_code_that_identification_can_give_is_tested():
     }  # tested in test_lateness.py, test_choice_told.py, test_causes.py, test_least_is_known.py
 
 
+@pytest.mark.slow
 def test_a_test_of_a_few_samples_makes_no_model_good():
     fit = dehyst.identify(clean(), train_fraction=0.998)
     assert fit.test is not None and fit.test.rmse_percent < 3.0
@@ -297,6 +298,7 @@ def test_the_choice_is_the_same_every_time():
     assert first.candidates == second.candidates
 
 
+@pytest.mark.slow
 def test_held_out_samples_never_touch_the_fit():
     rec = clean()
     half = len(rec) // 2
@@ -317,6 +319,7 @@ def test_held_out_samples_never_touch_the_fit():
 # Scales, directions.
 
 
+@pytest.mark.spread(9)
 @pytest.mark.parametrize("make", [clean, clockwise, lambda: clean(output=np.tanh(clean().output))])
 @pytest.mark.parametrize(
     ("gain_x", "gain_y"),

@@ -143,6 +143,7 @@ def test_noise_on_the_input_does_not_make_the_compensator_worse_as_it_does_throu
     assert np.mean(direct) < 0.5 * np.mean(forward)
 
 
+@pytest.mark.slow
 def test_creep_is_found_and_what_holds_still_is_told_apart_from_stops():
     t, y = motion(stroke=(1.0, 3.0, 6.0), hold=3.0)
     u = asked(t, y, np.zeros(y.size), stops=STOPS, creep=((1.0, 0.2), (6.0, 0.2)))
@@ -257,6 +258,7 @@ def test_a_number_of_time_constants_and_time_constants_are_not_given_together(pl
         dehyst.identify(plain, "direct-inverse", creep=3, creep_times=[1.0, 5.0])
 
 
+@pytest.mark.slow
 def test_creep_that_is_not_there_is_said_to_be_of_no_use(plain):
     fit = dehyst.identify(plain, "direct-inverse", creep=2, initial_state="rest")
     assert "creep-no-gain" in codes(fit)
@@ -264,6 +266,7 @@ def test_creep_that_is_not_there_is_said_to_be_of_no_use(plain):
     assert "creep-times-outside" in codes(far)
 
 
+@pytest.mark.slow
 def test_rate_dependence_is_found_where_it_is_and_nowhere_else(plain_fit):
     t, y = motion(stroke=(0.7, 2.0, 5.0))
     u = asked(t, y, np.gradient(y, t), stops=STOPS, viscous=0.2)
