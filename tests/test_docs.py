@@ -85,14 +85,8 @@ def test_generated_text_is_fresh(room):
     assert not old, f"{STALE}, which writes {', '.join(old)} anew"
 
 
-@pytest.mark.parametrize(
-    "page",
-    [
-        pytest.param(page, marks=() if page == ROOT / "README.md" else pytest.mark.slow)
-        for page in RUN
-    ],
-    ids=name_of,
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("page", RUN, ids=name_of)
 def test_code_on_a_page_runs_and_prints_what_is_shown(page, tmp_path):
     wrong = [
         f"{name_of(page)}:{step.line}\n--- shown\n{step.shown}\n--- printed\n{printed}"

@@ -244,6 +244,7 @@ def test_gains_are_named_only_for_the_plant_they_were_measured_on(result):
     )
 
 
+@pytest.mark.slow
 def test_what_joints_met_is_said_on_the_first_screen_and_with_its_plant(tmp_path, result):
     dahl = replace(
         result.plants["none"], remarks=("seed 0, fast, off: lost, joint 1 went to 93 deg",)
