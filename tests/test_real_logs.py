@@ -108,6 +108,7 @@ def test_accuracy_on_a_measured_log(identify, case):
     )
 
 
+@pytest.mark.slow
 def test_the_damper_is_called_clockwise_and_a_model_knows_its_rate_or_says_so(identify):
     result = identify(DAMPER, "--run", "ensaio1.2")
     assert "clockwise" in {warning["code"] for warning in result["warnings"]}

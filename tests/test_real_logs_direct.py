@@ -24,6 +24,8 @@ FORWARD_CLOSER = {
 DECISION = next((ROOT / "docs" / "decisions").glob("0025-*.md"))
 
 
+@pytest.mark.slow
+@pytest.mark.spread(5)
 @pytest.mark.parametrize("run", BETTER, ids=lambda run: table.name_of(*run).replace(" ", "-"))
 def test_the_input_is_closer_than_through_any_forward_family_and_the_decision_shows_it(run):
     row = table.measure(*run)
