@@ -186,6 +186,7 @@ def test_repeated_runs_of_one_joint_are_fitted_together():
     assert fit.test.rmse < 0.5 * fit.static_test.rmse
 
 
+@pytest.mark.slow
 def test_every_model_of_a_measured_loop_survives_its_file(tmp_path):
     for folder, x, y, window in (
         (*WRIST, {}),

@@ -184,6 +184,7 @@ def test_a_joint_tells_its_pulley_and_contraction_by_its_torque():
     assert fit.logs[0].errors["held_out_after"] < 0.4 < fit.logs[0].errors["held_out_before"]
 
 
+@pytest.mark.slow
 def test_measured_map_is_88_newton_off_and_comes_much_nearer_on_pressures_not_fitted():
     robot = FILE.with_changes({"muscle.dmsp20.length_m": 0.296})
     k, p = (

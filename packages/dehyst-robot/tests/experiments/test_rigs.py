@@ -385,6 +385,7 @@ def test_a_new_rig_can_be_loaded_holds_its_weight_and_says_what_is_assumed(tmp_p
     assert own and all("assumption" in said or "weak" in said for said in own.values())
 
 
+@pytest.mark.slow
 def test_a_new_rig_takes_joints_and_the_middle_of_their_ranges_from_a_model_file(tmp_path):
     (tmp_path / "two.urdf").write_text(URDF, encoding="utf-8")
     file = tmp_path / "new.toml"

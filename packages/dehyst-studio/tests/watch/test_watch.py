@@ -61,6 +61,7 @@ def test_a_change_is_an_alarm_once_and_names_its_part():
     assert low < 10 < high or abs(value - 10) < 0.5
 
 
+@pytest.mark.slow
 def test_a_restart_goes_on_where_it_was_and_a_state_of_another_model_is_refused(tmp_path):
     once = found(Watch(MODEL), cut(500, T, X, WORN))
     parts, twice, state = cut(500, T, X, WORN), [], tmp_path / "state"

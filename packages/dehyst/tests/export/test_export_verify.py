@@ -299,6 +299,7 @@ def test_a_manifest_that_leads_out_of_the_folder_is_refused(exports, tmp_path):
         verification.verify_folder(place)
 
 
+@pytest.mark.slow
 def test_nothing_is_signed_off_without_a_compiler(run, exports, tmp_path, monkeypatch):
     place = shutil.copytree(exports("c"), tmp_path / "out")
     monkeypatch.setattr(compilers, "found", dict)

@@ -148,6 +148,7 @@ def test_ties_are_those_whose_difference_drowns_in_the_scatter(lagging):
     assert found["pi"].tied and not found["static"].tied
 
 
+@pytest.mark.slow
 def test_no_exportable_row_is_smaller_and_better_than_one_of_the_front(lagging):
     comparison = compare(
         lagging, ["pi", "pi-cumulative", "modified-pi", "static", "dahl", "play-sum"]
@@ -310,6 +311,7 @@ def test_the_table_fits_eighty_columns_with_whole_names_and_says_where_there_is_
     assert all(len(cells) == 5 for cells in rows.values()) and rows["lugre"][2] == "none"
 
 
+@pytest.mark.slow
 def test_a_rival_that_was_left_out_and_errs_less_is_said_so(lagging):
     found = compare(lagging, ["static"])
     assert f"smallest error, {found.chosen.error_percent:.3g} %" in found.verdict
@@ -399,6 +401,7 @@ def test_on_measured_logs_the_chosen_family_is_at_least_as_good_as_auto(run, nam
     assert best["test"]["rmse"] <= result["auto"]["test"]["rmse"]
 
 
+@pytest.mark.slow
 def test_a_narrow_terminal_cuts_no_name_of_a_family(run, log, monkeypatch):
     monkeypatch.setenv("COLUMNS", "60")
     _, out, _ = run("compare", log, *SIGNALS, "--families", "krasnoselskii-pokrovskii,pi")

@@ -167,6 +167,7 @@ FIRING = {
 }
 
 
+@pytest.mark.slow
 def test_clean_data_brings_no_warning():
     fit = dehyst.identify(clean())
     assert fit.warnings == ()

@@ -125,6 +125,7 @@ def written(folder, form, name, stamps):
     return file
 
 
+@pytest.mark.spread(10)
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("name", ["time", "date", "t", "Zeitstempel"])
 def test_day_numbers_are_known_by_their_range_and_step_and_said(tmp_path, form, name):
