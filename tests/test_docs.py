@@ -462,6 +462,7 @@ def test_every_figure_exists_and_is_shown():
     assert {name for name in images if name.endswith(".svg")} <= shown
 
 
+@pytest.mark.slow
 def test_a_figure_is_drawn_the_same_twice_without_date_or_address(tmp_path):
     texts = []
     for folder in (tmp_path / "a", tmp_path / "b"):

@@ -49,6 +49,7 @@ def test_read_forward_it_is_the_best_model_of_the_piezo():
         assert row["output"] < row["output_forward"]
 
 
+@pytest.mark.slow
 def test_a_damper_is_not_called_a_compensator():
     rec = dehyst.read_log(
         table.DATA / "mr_damper" / "data.csv.gz", *table.DAMPER[1:], run="ensaio1.2"

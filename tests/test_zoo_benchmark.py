@@ -50,6 +50,7 @@ def test_a_specimen_is_the_same_at_every_call_and_no_other_is_like_it():
     assert np.array_equal(log.output, again.output)
 
 
+@pytest.mark.slow
 def test_the_sensor_shows_noise_and_steps_that_the_truth_has_not():
     rig = coarse(RIGS["valve"])
     _, y = logs.true_log(rig, "routine")

@@ -131,6 +131,7 @@ def turns(x, least=0.02):
     return np.array(found)
 
 
+@pytest.mark.slow
 def test_unseen_loops_are_not_those_of_the_fit():
     tips = np.array(robot().identification.tips)
     fitted = np.unique(np.concatenate([tips, robot().identification.second_share * tips, [0.0]]))

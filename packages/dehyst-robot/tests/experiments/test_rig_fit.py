@@ -119,6 +119,7 @@ def points(true, rows=12):
     )
 
 
+@pytest.mark.slow
 def test_points_at_rest_tell_the_map_and_nothing_else():
     true = drawn_robot(2)
     fit = fit_plant(FILE, 1, [points(true)])

@@ -263,6 +263,7 @@ def test_what_is_no_message_is_handed_on_as_skipped_and_lists_are_samples():
     assert read(f"[{half}]") == ([(0.0, 1.0, 3.0)], 1)
 
 
+@pytest.mark.slow
 def test_the_command_says_how_many_lines_hold_no_numbers(tmp_path):
     (tmp_path / "log.csv").write_text(
         "time_s,input,output\n0,0,0\n1,1,1\n2,2,2\n3,ERR,1\n4,,2\n5,1,1\n6,2,2\n7,1,1\n"

@@ -143,6 +143,7 @@ def test_scales_of_both_signals_scale_the_numbers(threshold, gain, scale, cycles
         assert value(scaled, name) == pytest.approx(wanted, rel=1e-6, abs=1e-9 * factor), name
 
 
+@pytest.mark.slow
 @given(st.integers(0, 10_000))
 def test_negating_the_input_turns_the_direction_round_and_nothing_else(seed):
     rng = np.random.default_rng(seed)

@@ -142,6 +142,7 @@ def test_a_seed_is_a_whole_number(lagging, seed):
         compare(lagging, ["static"], seed=seed)
 
 
+@pytest.mark.slow
 def test_ties_are_those_whose_difference_drowns_in_the_scatter(lagging):
     found = compare(lagging, ["pi", "pi-cumulative", "static"])
     assert found.chosen.tied
@@ -188,6 +189,7 @@ def test_unknown_names_and_dead_signals_are_refused_with_the_cure(lagging):
         compare(Recording(input=np.ones(100), output=np.arange(100.0)))
 
 
+@pytest.mark.slow
 def test_a_progress_callback_is_told_of_every_family(lagging):
     told = []
     compare(lagging, ["pi", "static"], progress=lambda *what: told.append(what))
@@ -333,6 +335,7 @@ def test_the_saved_model_of_any_family_simulates_and_compensates(run, log, tmp_p
     assert np.sqrt(np.mean((y[late, 2] - data[late, 2]) ** 2)) < 0.05 * np.ptp(data[:, 2])
 
 
+@pytest.mark.slow
 def test_a_damaged_file_of_a_family_is_refused(run, log, tmp_path):
     model = tmp_path / "m.json"
     assert run("compare", log, *SIGNALS, "--families", "dahl", "--save", model)[0] == 0
@@ -421,6 +424,7 @@ def test_a_family_is_as_large_in_compare_as_identified_by_its_name():
         )
 
 
+@pytest.mark.slow
 def test_the_inverse_of_the_curve_errs_as_much_in_compare_as_in_identify():
     """The inverse of a curve asks for inputs beyond the range; compare did not keep them within it."""
     t = np.linspace(0.0, 60.0, 1200)

@@ -133,6 +133,7 @@ def test_where_the_papers_bound_is_nothing_in_these_units_the_gain_is_said_with_
     assert "good for compensation" not in fit.verdict
 
 
+@pytest.mark.slow
 def test_a_refit_keeps_the_bound_that_was_chosen():
     for rec in (
         recording(SLACK, noise=0.05, thresholds=(0.0, 0.3, 0.8)),

@@ -207,6 +207,7 @@ def test_a_test_of_a_few_samples_makes_no_model_good():
     assert "usable with care (small-test)" in fit.verdict
 
 
+@pytest.mark.slow
 def test_the_verdict_follows_the_warnings():
     made = ((memoryless, "modified-pi"), (erratic, "auto"), (drifting, "auto"), (backlash, "auto"))
     verdicts = [dehyst.identify(make(), family, n=25).verdict for make, family in made]

@@ -171,6 +171,7 @@ def test_time_constants_wrong_by_a_factor_of_three_cost_little():
         assert set(fit.model.time_constants) <= set(times)
 
 
+@pytest.mark.slow
 def test_creep_in_a_log_without_holds_comes_with_a_warning():
     t, y = motion()
     u = asked(t, y, np.zeros(y.size), stops=STOPS, creep=((1.0, 0.5),))
@@ -298,6 +299,7 @@ def test_a_path_lag_is_found():
     assert fit.input_test.rms_percent < 0.3
 
 
+@pytest.mark.slow
 def test_weights_change_with_the_output_only_where_that_is_in_the_data(plain_fit):
     t, y = motion()
     u = asked(t, y, np.zeros(y.size), stops=STOPS, share=0.2 + 1.6 * np.clip((y + 10) / 20, 0, 1))
@@ -385,6 +387,7 @@ def test_without_time_stops_are_found_and_creep_is_refused(plain):
         dehyst.identify(bare, "direct-inverse", creep=3)
 
 
+@pytest.mark.slow
 def test_an_unknown_past_is_not_taken_for_rest():
     t, y = motion((1.0, -1.0) * 6)
     u = asked(t, y, np.zeros(y.size), stops=((4.0, 1.0),), curve=(0.0, 0.3))

@@ -883,6 +883,7 @@ def test_what_a_log_of_few_uneven_cycles_cannot_resolve_is_not_told_and_nothing_
     assert found.motion["low"] == pytest.approx(-2.0, abs=0.05) and found.motion["unit"] == "bar"
 
 
+@pytest.mark.slow
 def test_the_motion_designed_for_drift_tells(poor):
     """Closed loop: the log made by the motion is accepted with all its cycles; same rig, unchanged; worn, drifted."""
     model, _ = poor
