@@ -32,6 +32,7 @@ def test_a_block_in_range_answers_what_its_model_answers_and_its_inverse_finds_t
     np.testing.assert_allclose(needed, INPUT, atol=1e-12)
 
 
+@pytest.mark.spread(20)
 @pytest.mark.parametrize("seed", range(60))
 def test_random_sums_are_undone_by_their_inverse_block_and_stay_within_their_limits(seed):
     rng = np.random.default_rng(seed)

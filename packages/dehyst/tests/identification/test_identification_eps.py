@@ -103,6 +103,7 @@ def test_auto_chooses_the_papers_eps_too_where_all_families_are_asked():
     assert not np.array_equal(fit.model.weights, dehyst.identify(rec, "pi").model.weights)
 
 
+@pytest.mark.spread(5)
 @pytest.mark.parametrize("scale", [1e-6, 4e-4, 1e-3, 1.0, 1e6])
 @pytest.mark.parametrize("weights", [STIFF, SLACK])
 def test_a_relative_eps_makes_the_papers_family_independent_of_units(weights, scale):
