@@ -496,6 +496,17 @@ def test_numbers_of_the_readme_are_those_of_the_demo():
             assert abs(float(number) - expected) <= max(0.02 * expected, 0.0011)
 
 
+@pytest.mark.slow  # beside the test above: one process runs the demo for both
+def test_every_key_of_the_reproduction_is_documented():
+    found = demo.experiment().plants[demo.PLANT].figures[0]
+    keys = {key for key in keys_of(found) if not key.isdigit() and " " not in key}
+    documented = set(
+        re.findall(r"`([\w-]+)`", (DOCS / "reference" / "json.md").read_text(encoding="utf-8"))
+    )
+    assert not keys - documented
+    assert len(keys) > 25
+
+
 def test_every_parameter_is_in_the_reference_and_the_plants_are_on_its_page():
     from dehyst_robot.arm import sources
 
@@ -524,17 +535,6 @@ def test_a_page_without_a_place_for_its_generated_part_is_refused():
     assert build.with_part(page.format("old"), "x", "new") == page.format("new")
     with pytest.raises(ValueError, match="no place"):
         build.with_part("nothing", "x", "new")
-
-
-@pytest.mark.slow
-def test_every_key_of_the_reproduction_is_documented():
-    found = demo.experiment().plants[demo.PLANT].figures[0]
-    keys = {key for key in keys_of(found) if not key.isdigit() and " " not in key}
-    documented = set(
-        re.findall(r"`([\w-]+)`", (DOCS / "reference" / "json.md").read_text(encoding="utf-8"))
-    )
-    assert not keys - documented
-    assert len(keys) > 25
 
 
 def run_example(name: str, folder: Path) -> str:
