@@ -11,7 +11,6 @@ import dehyst
 from dehyst import families
 from dehyst.errors import DehystError, InvertibilityError, ParameterError
 from dehyst.families import STARTS, LoopModel, Scaling, example, family, names
-from in_one import in_one
 
 T = 240
 TIME = 0.02 * np.arange(T)
@@ -66,7 +65,7 @@ def test_an_inverse_cut_in_pieces_is_the_same_inverse_bit_for_bit(name):
 
 
 @pytest.mark.parametrize("name", names())
-@in_one("start", STARTS)
+@pytest.mark.parametrize("start", STARTS)
 def test_every_start_state_gives_finite_outputs(name, start):
     y = scaled(name, start).simulate(inputs(), TIME)
     assert y.shape == (T,) and np.all(np.isfinite(y))
@@ -80,7 +79,7 @@ def test_an_unknown_start_is_refused(name):
 
 
 @pytest.mark.parametrize("name", names())
-@in_one("start", ["rest", "zero", "falling"])
+@pytest.mark.parametrize("start", ["rest", "zero", "falling"])
 def test_the_inverse_undoes_the_model_or_its_absence_is_explained(name, start):
     model = scaled(name, start)
     if model.no_inverse:
