@@ -180,6 +180,7 @@ def written(folder, unit, shift):
 
 
 @pytest.mark.slow
+@pytest.mark.spread(3)
 @pytest.mark.parametrize("column", ["load_N", "p_MPa", "coil_A", "temperature_C"])
 def test_a_column_that_differs_between_files_is_named_and_its_option_works(run, tmp_path, column):
     option = f"--schedule {column}"

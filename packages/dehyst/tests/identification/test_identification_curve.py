@@ -41,6 +41,7 @@ def codes(fit):
 
 
 @pytest.mark.slow
+@pytest.mark.spread(4)
 @pytest.mark.parametrize("respond", [bent, falling, open_by_turns, lambda x: np.tanh(2.0 * x)])
 def test_auto_is_never_worse_than_the_curve_where_the_training_part_says_so(respond):
     fit = dehyst.identify(recording(respond))

@@ -310,7 +310,6 @@ def test_a_shifted_zero_is_said_where_no_past_can_explain_it(seed):
     assert told and "zero" not in told[0] and "no mere constant" in told[0]
 
 
-@pytest.mark.spread(3)
 @pytest.mark.parametrize(
     "name", ["play-sum", "elements", "preisach", "generalised-pi", "mixed-sum"]
 )

@@ -59,7 +59,6 @@ def check(fit):
         assert "fit all of it" not in said.lower()
 
 
-@pytest.mark.spread(8)
 @pytest.mark.parametrize("code", made.FIRING)
 def test_of_generated_logs(code):
     make, settings, _ = made.FIRING[code]
@@ -77,6 +76,7 @@ def test_of_logs_of_one_loop_or_less(tmp_path: Path, phase: float, fraction: flo
 
 
 @pytest.mark.slow
+@pytest.mark.spread(4)
 @pytest.mark.skipif(
     not (DATA / "tendon_sheath_joint" / "data.csv.gz").is_file(), reason="no measured logs"
 )
