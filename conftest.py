@@ -31,16 +31,26 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """Of a slow test with many cases the first and the last are slow; those between them are exhaustive."""
+    """Of a test with many cases the middle ones are exhaustive.
+
+    What is left are the first and the last of a slow test, and those of `spread` that lie evenly between them.
+    """
     cases = {}
     for item in items:
         if item.get_closest_marker("exhaustive"):
             item.add_marker("slow")
-        elif item.get_closest_marker("slow"):
-            cases.setdefault(item.nodeid.partition("[")[0], []).append(item)
+        elif item.get_closest_marker("slow") or item.get_closest_marker("spread"):
+            slow = item.get_closest_marker("slow") is not None
+            cases.setdefault((item.nodeid.partition("[")[0], slow), []).append(item)
     for of_one_test in cases.values():
-        for item in of_one_test[1:-1]:
-            item.add_marker("exhaustive")
+        spread = of_one_test[0].get_closest_marker("spread")
+        count = spread.args[0] if spread else 2
+        last = len(of_one_test) - 1
+        run = {round(last * k / (count - 1)) for k in range(count)}
+        for place, item in enumerate(of_one_test):
+            if place not in run:
+                item.add_marker("exhaustive")
+                item.add_marker("slow")
 
 
 @pytest.hookimpl(hookwrapper=True)

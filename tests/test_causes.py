@@ -179,18 +179,11 @@ def written(folder, unit, shift):
     return files
 
 
-@pytest.mark.parametrize(
-    ("column", "option"),
-    [
-        pytest.param("load_N", "--schedule load_N", marks=pytest.mark.slow),
-        pytest.param("p_MPa", "--schedule p_MPa", marks=pytest.mark.slow),
-        pytest.param("coil_A", "--schedule coil_A", marks=pytest.mark.slow),
-        ("temperature_C", "--schedule temperature_C"),
-    ],
-)
-def test_a_column_that_differs_between_files_is_named_and_its_option_works(
-    run, tmp_path, column, option
-):
+@pytest.mark.slow
+@pytest.mark.spread(3)
+@pytest.mark.parametrize("column", ["load_N", "p_MPa", "coil_A", "temperature_C"])
+def test_a_column_that_differs_between_files_is_named_and_its_option_works(run, tmp_path, column):
+    option = f"--schedule {column}"
     files = written(tmp_path, column, 0.2)
     arguments = ("identify", *files, "--input", "drive_V", "--output", "stroke_mm")
     out = " ".join(run(*arguments, "--family", "pi")[1].split())

@@ -150,6 +150,7 @@ def test_the_family_shown_keeps_what_every_family_promises(registered, promise):
         promise(registered, **({} if start is None else {"start": start}))
 
 
+@pytest.mark.slow
 def test_the_family_shown_takes_part_in_the_command(registered, run, tmp_path):
     x = np.sin(np.linspace(0.0, 40.0, 900)) * np.linspace(1.0, 0.4, 900)
     y = example(registered).simulate(x)

@@ -85,14 +85,8 @@ def test_generated_text_is_fresh(room):
     assert not old, f"{STALE}, which writes {', '.join(old)} anew"
 
 
-@pytest.mark.parametrize(
-    "page",
-    [
-        pytest.param(page, marks=() if page == ROOT / "README.md" else pytest.mark.slow)
-        for page in RUN
-    ],
-    ids=name_of,
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("page", RUN, ids=name_of)
 def test_code_on_a_page_runs_and_prints_what_is_shown(page, tmp_path):
     wrong = [
         f"{name_of(page)}:{step.line}\n--- shown\n{step.shown}\n--- printed\n{printed}"
@@ -468,6 +462,7 @@ def test_every_figure_exists_and_is_shown():
     assert {name for name in images if name.endswith(".svg")} <= shown
 
 
+@pytest.mark.slow
 def test_a_figure_is_drawn_the_same_twice_without_date_or_address(tmp_path):
     texts = []
     for folder in (tmp_path / "a", tmp_path / "b"):
@@ -501,6 +496,17 @@ def test_numbers_of_the_readme_are_those_of_the_demo():
             assert abs(float(number) - expected) <= max(0.02 * expected, 0.0011)
 
 
+@pytest.mark.slow  # beside the test above: one process runs the demo for both
+def test_every_key_of_the_reproduction_is_documented():
+    found = demo.experiment().plants[demo.PLANT].figures[0]
+    keys = {key for key in keys_of(found) if not key.isdigit() and " " not in key}
+    documented = set(
+        re.findall(r"`([\w-]+)`", (DOCS / "reference" / "json.md").read_text(encoding="utf-8"))
+    )
+    assert not keys - documented
+    assert len(keys) > 25
+
+
 def test_every_parameter_is_in_the_reference_and_the_plants_are_on_its_page():
     from dehyst_robot.arm import sources
 
@@ -529,17 +535,6 @@ def test_a_page_without_a_place_for_its_generated_part_is_refused():
     assert build.with_part(page.format("old"), "x", "new") == page.format("new")
     with pytest.raises(ValueError, match="no place"):
         build.with_part("nothing", "x", "new")
-
-
-@pytest.mark.slow
-def test_every_key_of_the_reproduction_is_documented():
-    found = demo.experiment().plants[demo.PLANT].figures[0]
-    keys = {key for key in keys_of(found) if not key.isdigit() and " " not in key}
-    documented = set(
-        re.findall(r"`([\w-]+)`", (DOCS / "reference" / "json.md").read_text(encoding="utf-8"))
-    )
-    assert not keys - documented
-    assert len(keys) > 25
 
 
 def run_example(name: str, folder: Path) -> str:

@@ -3,6 +3,7 @@
 import ast
 import re
 import sys
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from importlib import import_module
 from pathlib import Path
@@ -174,6 +175,7 @@ def test_a_module_imports_from_lower_floors_only(package):
     assert len(against) > 10 and {name: wrong for name, wrong in against.items() if wrong} == {}
 
 
+@cache
 def names_in(path):
     """Modules that a file imports when it runs, in functions too; what only types need is left out."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
@@ -189,6 +191,7 @@ def names_in(path):
     return named
 
 
+@pytest.mark.slow
 def test_no_module_imports_itself_through_others():
     files = {}
     for package, folder in SOURCES.items():

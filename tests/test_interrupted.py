@@ -229,7 +229,10 @@ OTHERS = (
 )
 
 
-@pytest.mark.parametrize(("name", "words", "other"), OTHERS)
+@pytest.mark.parametrize(
+    ("name", "words", "other"),
+    [*OTHERS[:-2], *(pytest.param(*other, marks=pytest.mark.slow) for other in OTHERS[-2:])],
+)
 def test_what_cannot_be_the_model_that_is_there_is_refused_before_the_work(
     run, made, tmp_path, monkeypatch, name, words, other
 ):

@@ -82,6 +82,7 @@ STRANGER = replace(DAHL, name="dahl-again", title="Dahl, once more")
 """
 
 
+@pytest.mark.slow
 def test_a_family_of_a_strangers_package_is_fitted_and_compared(fresh, tmp_path, monkeypatch):
     points = {"dahl-again": "stranger_family:STRANGER", "stale-family": "stranger_family:GONE"}
     install_stranger(tmp_path, monkeypatch, "dehyst.families", points, "stranger_family", FAMILY)

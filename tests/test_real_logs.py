@@ -108,6 +108,7 @@ def test_accuracy_on_a_measured_log(identify, case):
     )
 
 
+@pytest.mark.slow
 def test_the_damper_is_called_clockwise_and_a_model_knows_its_rate_or_says_so(identify):
     result = identify(DAMPER, "--run", "ensaio1.2")
     assert "clockwise" in {warning["code"] for warning in result["warnings"]}
@@ -185,6 +186,7 @@ def test_repeated_runs_of_one_joint_are_fitted_together():
     assert fit.test.rmse < 0.5 * fit.static_test.rmse
 
 
+@pytest.mark.slow
 def test_every_model_of_a_measured_loop_survives_its_file(tmp_path):
     for folder, x, y, window in (
         (*WRIST, {}),

@@ -24,6 +24,8 @@ FORWARD_CLOSER = {
 DECISION = next((ROOT / "docs" / "decisions").glob("0025-*.md"))
 
 
+@pytest.mark.slow
+@pytest.mark.spread(5)
 @pytest.mark.parametrize("run", BETTER, ids=lambda run: table.name_of(*run).replace(" ", "-"))
 def test_the_input_is_closer_than_through_any_forward_family_and_the_decision_shows_it(run):
     row = table.measure(*run)
@@ -47,6 +49,7 @@ def test_read_forward_it_is_the_best_model_of_the_piezo():
         assert row["output"] < row["output_forward"]
 
 
+@pytest.mark.slow
 def test_a_damper_is_not_called_a_compensator():
     rec = dehyst.read_log(
         table.DATA / "mr_damper" / "data.csv.gz", *table.DAMPER[1:], run="ensaio1.2"

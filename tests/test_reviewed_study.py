@@ -69,6 +69,7 @@ def test_the_way_that_says_more_of_the_log_is_taken(joint):
     assert both.unexplained == other.unexplained
 
 
+@pytest.mark.slow
 def test_a_family_that_cannot_be_fitted_says_why(joint):
     log = {name: np.zeros_like(column) for name, column in joint.found["paper"].log.items()}
     nothing = learned(replace(joint.found["paper"], log=log), "pi")

@@ -97,6 +97,7 @@ def test_features_of_the_way_do_not_know_the_speed_and_those_of_time_do():
         assert np.allclose(once, slower, atol=1e-6) == same
 
 
+@pytest.mark.slow
 def test_a_gaussian_process_learns_a_play_and_is_cut_where_the_log_ends():
     pytest.importorskip(
         "sklearn", reason="scikit-learn is not installed: pip install --group bench"

@@ -64,6 +64,7 @@ def test_minutes_of_faults_leave_scales_in_bounds_and_the_map_invertible_at_ever
     assert seen.slope > 0
 
 
+@pytest.mark.slow
 def test_bounds_that_are_left_would_be_seen(joint):
     seen = endure(joint, 50.0)
     tight = Adaptation(lowest=1.0, highest=1.0, offset_limit=0.0)

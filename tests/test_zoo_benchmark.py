@@ -42,6 +42,7 @@ def test_rigs_that_choose_rules_and_rigs_that_judge_them_share_none():
         assert {RIGS[name].one_sided for name in group} == {True, False}
 
 
+@pytest.mark.slow
 def test_a_specimen_is_the_same_at_every_call_and_no_other_is_like_it():
     assert np.array_equal(played(SIMPLE), played(replace(SIMPLE)))
     assert not np.allclose(played(SIMPLE), played(replace(SIMPLE, seed=1)), rtol=1e-3)
@@ -49,6 +50,7 @@ def test_a_specimen_is_the_same_at_every_call_and_no_other_is_like_it():
     assert np.array_equal(log.output, again.output)
 
 
+@pytest.mark.slow
 def test_the_sensor_shows_noise_and_steps_that_the_truth_has_not():
     rig = coarse(RIGS["valve"])
     _, y = logs.true_log(rig, "routine")

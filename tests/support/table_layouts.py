@@ -184,19 +184,21 @@ def _value(cell: str) -> float | str | None:
     return cell or None
 
 
-def cases(workbooks: bool = True) -> list[Case]:
-    """Every delimiter, decimal sign, stamp and header; line ends, byte-order mark and quoted cells go round."""
-    made = []
+def layouts(workbooks: bool = True) -> list[tuple]:
+    """Arguments of `make` for every delimiter, decimal sign, stamp and header.
+
+    Line ends, byte-order mark and quoted cells go round.
+    """
+    listed = []
     turn = itertools.cycle(itertools.product(ENDS, (False, True), (False, False, True)))
     for delimiter, decimal, stamps, header in itertools.product(DELIMITERS, ".,", STAMPS, HEADERS):
-        end, bom, quoted = next(turn)
-        if delimiter == "xlsx":
-            if decimal == "." and workbooks:
-                made.append(make(delimiter, decimal, stamps, header, "lf", False, False))
-            continue
-        made.append(make(delimiter, decimal, stamps, header, "lf", False, False))
-        made.append(make(delimiter, decimal, stamps, header, end, bom, quoted))
-    return made
+        others = next(turn)
+        plain = (delimiter, decimal, stamps, header, "lf", False, False)
+        if delimiter != "xlsx":
+            listed += [plain, (delimiter, decimal, stamps, header, *others)]
+        elif decimal == "." and workbooks:
+            listed.append(plain)
+    return listed
 
 
 # Codes that say of a table that its names, cells or time may not be what they seem.

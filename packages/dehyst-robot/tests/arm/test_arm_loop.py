@@ -52,6 +52,7 @@ def test_a_reset_arm_runs_as_a_new_one():
     assert same_bits(first, made.run(swing(made), 0.01))
 
 
+@pytest.mark.slow
 def test_two_arms_at_the_same_time_in_two_threads_give_the_bits_of_each_alone():
     alone = [swung(seed=seed) for seed in range(4)]
     with ThreadPoolExecutor(2) as pool:

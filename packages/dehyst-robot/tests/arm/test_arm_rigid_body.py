@@ -146,6 +146,7 @@ def test_a_missing_library_is_named_with_the_cure(monkeypatch, tmp_path):
         rb.mj_step_address.__wrapped__()
 
 
+@pytest.mark.slow
 def test_without_mujoco_the_rooms_import_and_say_what_to_install():
     code = """
 import sys

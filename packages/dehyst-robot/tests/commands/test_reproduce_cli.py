@@ -120,6 +120,7 @@ def test_the_json_has_the_promised_shape(figures):
     assert figures["real_time_factor"] > 1
 
 
+@pytest.mark.slow
 def test_the_settings_tell_everything_that_was_set(figures):
     settings = figures["settings"]
     assert settings["plants"] == ["none"] and settings["joints"] == [1] and settings["seeds"] == [0]
@@ -132,6 +133,7 @@ def test_the_settings_tell_everything_that_was_set(figures):
     assert settings["command"].startswith("dehyst reproduce --quick --plant none --joint 1")
 
 
+@pytest.mark.slow
 def test_the_figures_are_those_of_the_logs(finished, figures):
     log = finished[0] / "out" / "logs" / "none" / "seed0" / "slow_off.csv"
     table = np.genfromtxt(log, delimiter=",", names=True)
@@ -141,6 +143,7 @@ def test_the_figures_are_those_of_the_logs(finished, figures):
     assert told["max_deg"] == pytest.approx(np.abs(error).max(), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_quick_without_hysteresis_says_that_nothing_was_switched_on(finished, figures):
     assert re.search(r"none: the model of joint 1 was not switched\s+on", finished[1])
     joint = figures["plants"]["none"]["joints"]["1"]
@@ -161,6 +164,7 @@ def test_the_table_stands_in_80_columns_with_every_word_whole(monkeypatch, capsy
     assert row == ["maxwell-slip", "4", "slow_no_integrator", "10.000", "12.500", "1.25", "0.50"]
 
 
+@pytest.mark.slow
 def test_stages_are_told_one_a_line_where_there_is_no_terminal(finished):
     lines = finished[2].splitlines()
     stages = [
@@ -173,6 +177,7 @@ def test_stages_are_told_one_a_line_where_there_is_no_terminal(finished):
     assert lines[:5] == stages and "report.html" in lines[-1]
 
 
+@pytest.mark.slow
 def test_every_run_has_a_log_that_dehyst_reads_back(finished):
     folder = finished[0] / "out" / "logs" / "none" / "seed0"
     runs = {f"{trial}_{name}" for trial in TRIALS for name in ("off", "paper")}
@@ -188,6 +193,7 @@ def test_every_run_has_a_log_that_dehyst_reads_back(finished):
     assert np.abs(tool.input - tool.output).max() < 0.05
 
 
+@pytest.mark.slow
 def test_the_mcap_of_a_run_can_be_inspected_and_holds_the_same(finished, monkeypatch, capsys):
     pytest.importorskip("rosbags")
     folder = finished[0] / "out" / "logs" / "none" / "seed0"
@@ -203,12 +209,14 @@ def test_the_mcap_of_a_run_can_be_inspected_and_holds_the_same(finished, monkeyp
     np.testing.assert_array_equal(mcap.output, csv["joint1_angle_deg"])
 
 
+@pytest.mark.slow
 def test_the_report_lies_beside_its_logs_and_names_them(finished):
     page = (finished[0] / "out" / "report.html").read_text(encoding="utf-8")
     assert PAGE in page and "logs/none/seed0/fast_off.csv" in page
     assert str(finished[0]) not in page  # no path of this machine
 
 
+@pytest.mark.slow
 def test_a_second_run_may_replace_what_the_first_one_wrote(finished, monkeypatch, capsys):
     def stop(*_):
         raise OutputError("as far as the run")
@@ -399,6 +407,7 @@ def test_an_error_that_grows_with_a_compensator_is_said_with_joint_trial_ratio_a
     assert not capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_robot_conditions_and_poles_stand_below_the_table(finished):
     said = " ".join(finished[1].split())
     assert (

@@ -17,14 +17,15 @@ from dehyst_robot.control import (
     JointReference,
     Pneumatics,
 )
+from in_one import in_one
 
 JOINT = JointControllerParameters()
 BAD = [math.nan, math.inf, 1e300, "six", None, [1.0], 10**400]
 NUMBERS = [n for n, v in asdict(JOINT).items() if isinstance(v, (int, float))]
 
 
-@pytest.mark.parametrize("value", BAD, ids=lambda v: repr(v)[:8])
-@pytest.mark.parametrize("name", NUMBERS)
+@in_one("value", BAD)
+@in_one("name", NUMBERS)
 def test_a_value_that_is_no_number_is_refused_by_name(name, value):
     with pytest.raises(ParameterError, match=name):
         replace(JOINT, **{name: value})

@@ -58,6 +58,7 @@ def test_a_sound_joint_raises_no_flag():
     assert not CLEAN[1].any()
 
 
+@pytest.mark.spread(8)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("sensor", [0, 1, 2])
 def test_a_short_fault_is_flagged_bridged_and_forgotten(sensor, kind):
@@ -71,6 +72,7 @@ def test_a_short_fault_is_flagged_bridged_and_forgotten(sensor, kind):
     assert np.max(np.abs(column(outputs, "angle") - q)) < 2e-3
 
 
+@pytest.mark.spread(8)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("sensor", [0, 1, 2])
 def test_a_fault_that_lasts_closes_the_valves_for_good(sensor, kind):

@@ -86,6 +86,7 @@ NUMBER = st.one_of(
 )
 
 
+@pytest.mark.slow
 @given(st.data())
 @settings(max_examples=100)
 def test_limits_hold_for_every_finite_parameter(data):

@@ -214,6 +214,7 @@ def test_a_controller_that_holds_its_arm_is_collected_with_it():
     assert gone() is None
 
 
+@pytest.mark.slow
 def test_a_trial_gives_the_same_logs_and_errors_as_under_the_papers():
     robot, equipment = kit()
     path = dehyst_robot.plan_path(robot)

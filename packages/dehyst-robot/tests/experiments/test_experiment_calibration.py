@@ -98,6 +98,7 @@ def without_friction():
     return calibrate(robot().with_changes(changes), 1)
 
 
+@pytest.mark.slow
 def test_without_hysteresis_and_creep_only_viscosity_and_noise_are_left_over():
     a, b, _ = map_of_the_plant(load_robot(conditions="kind"), 1, GRID)
     found = without_friction()

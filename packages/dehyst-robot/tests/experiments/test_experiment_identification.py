@@ -88,6 +88,7 @@ def test_the_log_on_disk_is_the_log_of_the_run():
     np.testing.assert_allclose(x, log["sheared_bar"], rtol=0, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_nominal_difference_is_the_calibrated_characteristic_at_the_pressures_of_the_moment():
     found, c = identified(1), calibrated(1)
     log = found.log
@@ -130,6 +131,7 @@ def turns(x, least=0.02):
     return np.array(found)
 
 
+@pytest.mark.slow
 def test_unseen_loops_are_not_those_of_the_fit():
     tips = np.array(robot().identification.tips)
     fitted = np.unique(np.concatenate([tips, robot().identification.second_share * tips, [0.0]]))

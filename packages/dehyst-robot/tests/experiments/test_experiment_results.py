@@ -30,6 +30,7 @@ def plant(*figures):
     return PlantResult("dahl", {}, (), dict(enumerate(figures)), 30.0)
 
 
+@pytest.mark.slow
 def test_joint_figures_are_rms_and_largest_error_in_degrees():
     run = trial("fast", "off")
     error = np.degrees(run.desired[:, 0] - run.angle[:, 0])
@@ -117,6 +118,7 @@ def test_json_holds_no_array_no_nan_and_every_seed():
     }
 
 
+@pytest.mark.slow
 def test_a_run_comes_back_from_its_csv(tmp_path):
     run = trial("fast", "paper")
     write_trial(run, tmp_path, mcap=False)
@@ -135,6 +137,7 @@ def test_a_run_comes_back_from_its_csv(tmp_path):
         np.testing.assert_allclose(read.time, run.time[::step], rtol=0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_the_columns_of_a_log_carry_their_units_and_only_muscles_have_pressures():
     columns = trial_columns(trial("fast", "off"))
     units = ("_deg", "_bar", "_Nm", "_m")
@@ -144,6 +147,7 @@ def test_the_columns_of_a_log_carry_their_units_and_only_muscles_have_pressures(
     assert len({values.shape for values in columns.values()}) == 1
 
 
+@pytest.mark.slow
 def test_a_folder_of_logs_that_cannot_be_made_is_a_named_error(tmp_path):
     (tmp_path / "file").write_text("mine")
     with pytest.raises(OutputError, match="file"):

@@ -43,6 +43,7 @@ def test_the_compensator_reduces_the_error_of_joint_1(mechanism, name):
     assert not off.compensation.any() and np.abs(on.compensation[:, 0]).max() > 0.05e5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compensator", ["off", "paper"])
 def test_a_run_raises_no_flag_and_keeps_the_pressures(compensator):
     run = trial("fast", compensator)
@@ -51,6 +52,7 @@ def test_a_run_raises_no_flag_and_keeps_the_pressures(compensator):
     assert low < run.pressure[:, 0].min() and run.pressure[:, 0].max() < high
 
 
+@pytest.mark.slow
 def test_switching_the_compensator_off_is_the_same_as_having_none():
     bare = replace(equipment(), compensators={})
     short = robot().with_changes(FASTER)
@@ -92,6 +94,7 @@ def test_the_torque_error_is_what_is_left_to_the_feedback():
     assert not off.torque_error[:, 1:].any()  # the other joints are locked
 
 
+@pytest.mark.slow
 def test_columns_of_a_run_belong_together():
     run = trial("slow", "off")
     moving = path().timing.slower(robot().path.slow_factor)
@@ -106,6 +109,7 @@ def test_columns_of_a_run_belong_together():
     assert run.frames.shape[1:] == (8, 3) and run.frames.shape[0] == run.frame_time.size > 100
 
 
+@pytest.mark.slow
 def test_the_fast_trial_follows_the_path_as_often_as_asked_for():
     run = trial("fast", "off")
     assert run.cycle.max() == 1
@@ -180,6 +184,7 @@ def test_a_compensator_of_ones_own_is_not_asked_while_it_is_off():
     assert not mine.starts and not mine.angles
 
 
+@pytest.mark.slow
 def test_what_is_no_number_never_reaches_the_valves():
     class Broken(Delegates):
         def step(self, angle, velocity):
@@ -198,6 +203,7 @@ def test_a_load_that_nobody_told_the_controller_is_found_by_the_integrator():
         assert rms(short("slow", loads={1: load})) < 0.4 * rms(run)
 
 
+@pytest.mark.slow
 def test_without_integrator_a_load_stays_as_an_error_to_its_own_side():
     name = "slow_no_integrator"
     shift = [
@@ -220,6 +226,7 @@ def test_an_unknown_history_costs_little_and_the_compensator_still_helps():
         assert rms(known) < rms(unknown) * 1.02 and rms(unknown) < limit * rms(without(name))
 
 
+@pytest.mark.slow
 def test_the_same_equipment_gives_the_same_bits_and_another_seed_does_not():
     assert np.array_equal(short("fast", "off").angle, without("fast").angle)
     assert not np.array_equal(short("fast", "off", seed=1).angle, without("fast").angle)
@@ -241,6 +248,7 @@ def test_what_cannot_be_is_refused(arguments, words):
         short(**{"name": "fast", **arguments})
 
 
+@pytest.mark.slow
 def test_a_controller_that_fails_safe_gives_no_figures():
     told = replace(equipment().controllers[1], pressure_jump=100.0)  # [Pa], less than the noise
     with pytest.raises(
@@ -250,6 +258,7 @@ def test_a_controller_that_fails_safe_gives_no_figures():
     assert "angle_jump" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_an_encoder_that_stands_still_is_not_called_one_that_jumps():
     arm = trial_arm(robot(), equipment(), "fast", (1,))
     log = arm.run(Reference.pressures(0.01, *np.zeros((3, 30, 1))), every_s=0.01)
@@ -261,6 +270,7 @@ def test_an_encoder_that_stands_still_is_not_called_one_that_jumps():
         refuse_failed(arm, log)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("flags", "words", "not_said"),
     [

@@ -30,6 +30,7 @@ def test_the_pole_that_is_found_has_its_margins_and_the_next_one_has_not():
     assert not has_margins(robot, at_pole(equipment, pole * NEAR), (1,))
 
 
+@pytest.mark.slow
 def test_a_realistic_joint_takes_less_gain_than_a_kind_one():
     assert highest("realistic") < 0.7 * highest("kind")
 

@@ -99,6 +99,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say():
     )  # and they are not wider than needed: a normal one gives 0.38
 
 
+@pytest.mark.slow
 def test_held_out_parts_come_as_close_as_the_sensors_allow():
     errors = fitted(1).logs[0].errors
     assert errors["held_out_before"] > 50.0
@@ -118,6 +119,7 @@ def points(true, rows=12):
     )
 
 
+@pytest.mark.slow
 def test_points_at_rest_tell_the_map_and_nothing_else():
     true = drawn_robot(2)
     fit = fit_plant(FILE, 1, [points(true)])
@@ -145,6 +147,7 @@ def filling(true, contractions):
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("contractions", "both"), [((0.05,), False), ((0.0, 0.2), True)])
 def test_filling_at_one_length_cannot_tell_valve_and_volume_apart_and_at_two_it_can(
     contractions, both
@@ -182,6 +185,7 @@ def test_a_joint_tells_its_pulley_and_contraction_by_its_torque():
     assert fit.logs[0].errors["held_out_after"] < 0.4 < fit.logs[0].errors["held_out_before"]
 
 
+@pytest.mark.slow
 def test_measured_map_is_88_newton_off_and_comes_much_nearer_on_pressures_not_fitted():
     robot = FILE.with_changes({"muscle.dmsp20.length_m": 0.296})
     k, p = (
@@ -202,6 +206,7 @@ def test_measured_map_is_88_newton_off_and_comes_much_nearer_on_pressures_not_fi
     assert errors["held_out_after"] < 0.5 * errors["held_out_before"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not WRIST.is_file(), reason="pam_wrist_joint is not beside the project")
 def test_one_loop_of_a_real_wrist_tells_no_number_alone(tmp_path, capsys):
     robot = tmp_path / "wrist.toml"

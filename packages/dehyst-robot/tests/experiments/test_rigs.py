@@ -367,7 +367,9 @@ def test_dehyst_reproduces_on_the_example_and_best_lowers_every_error(name, left
     assert "Errors of the tool" in page and 'id="arm"' in page and "By ISO 9283" not in page
 
 
-@pytest.mark.parametrize("joints", [1, 3, pytest.param(12, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "joints", [1, *(pytest.param(count, marks=pytest.mark.slow) for count in (3, 12))]
+)
 def test_a_new_rig_can_be_loaded_holds_its_weight_and_says_what_is_assumed(tmp_path, joints):
     file = tmp_path / "new.toml"
     file.write_text(new_rig(file, joints), encoding="utf-8")
@@ -383,6 +385,7 @@ def test_a_new_rig_can_be_loaded_holds_its_weight_and_says_what_is_assumed(tmp_p
     assert own and all("assumption" in said or "weak" in said for said in own.values())
 
 
+@pytest.mark.slow
 def test_a_new_rig_takes_joints_and_the_middle_of_their_ranges_from_a_model_file(tmp_path):
     (tmp_path / "two.urdf").write_text(URDF, encoding="utf-8")
     file = tmp_path / "new.toml"
@@ -546,6 +549,7 @@ def test_torques_of_a_check_are_force_times_radius_and_its_frequency_that_of_a_s
         assert says in cautions(changed, check_rig(changed))[0]
 
 
+@pytest.mark.slow
 def test_the_command_writes_checks_and_refuses(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     run_rig(RigRequest("new", Path("rig.toml"), joints=2))

@@ -156,6 +156,7 @@ def test_a_spring_pulls_by_its_law_whatever_the_pressure_and_never_pushes(tmp_pa
     assert np.array_equal(found[0].torque, found[1].torque)
 
 
+@pytest.mark.slow
 def test_calibration_finds_that_one_muscle_against_a_spring_has_half_the_effect(tmp_path):
     short = {
         "mean_pressures_bar": [2.2, 3.8],

@@ -221,6 +221,7 @@ def of_one_model(name, which, conditions, changes):
     return load_robot(EXAMPLES / "one_joint.toml", changes, conditions=conditions)
 
 
+@pytest.mark.slow
 def test_a_rig_of_klute_s_muscles_is_calibrated_identified_and_accepted(tmp_path):
     short = {
         "mean_pressures_bar": [2.2, 3.8],

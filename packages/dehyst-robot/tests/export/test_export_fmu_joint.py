@@ -76,6 +76,7 @@ def test_single_precision_is_near_enough(weights, tmp_path):
     assert all(check.ok for check in checks), checks
 
 
+@pytest.mark.slow
 def test_the_simulation_of_the_readme_gives_the_expected_table(fmu):
     fmpy()
     result, expected = readme_simulation(

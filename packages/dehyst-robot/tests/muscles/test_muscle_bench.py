@@ -129,6 +129,7 @@ def test_a_damper_opens_a_loop_by_its_speed_only():
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(
     st.sampled_from(["vo-minh", "tondu-lopez", "davis-caldwell"]),

@@ -212,6 +212,7 @@ def test_a_model_that_cannot_follow_says_so(measured):
     assert f"{found.rmse_percent:.1f} %" in poor.message
 
 
+@pytest.mark.slow
 def test_parameters_stay_within_their_bounds(measured):
     for name in ("tondu-lopez", "klute", "kerscher"):
         fit = fit_muscle(measured, name)

@@ -52,6 +52,7 @@ def sections(page):
     return read(page).ids("section")
 
 
+@pytest.mark.slow
 def test_all_figures_of_the_paper_are_there_for_every_plant(page):
     found = sections(page)
     assert {f"p{k}-{key}" for k in range(2) for key in FIGURES} <= set(found)
@@ -63,6 +64,7 @@ def test_all_figures_of_the_paper_are_there_for_every_plant(page):
     assert all(a["role"] == "img" and len(a["aria-label"]) > 15 for a in pictures)
 
 
+@pytest.mark.slow
 def test_figure_7_shows_position_and_torque_error_of_every_trial(page):
     labels = [a["aria-label"] for tag, a in read(page).elements if tag == "svg"]
     shown = [label for label in labels if "error, torque error and integrator" in label]
@@ -70,11 +72,13 @@ def test_figure_7_shows_position_and_torque_error_of_every_trial(page):
     assert "less what the measured pressures give" in read(page).text
 
 
+@pytest.mark.slow
 def test_the_first_plant_is_open_the_others_closed(page):
     plants = [a for tag, a in read(page).elements if tag == "details" and a.get("class") == "part"]
     assert [("open" in a) for a in plants] == [True, False]
 
 
+@pytest.mark.slow
 def test_every_number_of_the_trials_stands_in_the_tables(result, page):
     text = read(page).text
     for plant in result.plants.values():
@@ -96,6 +100,7 @@ def test_every_number_of_the_trials_stands_in_the_tables(result, page):
                         )
 
 
+@pytest.mark.slow
 def test_every_figure_of_the_tool_stands_in_the_tables_with_its_unit(result, page):
     text = read(page).text
     for plant in result.plants.values():
@@ -239,6 +244,7 @@ def test_gains_are_named_only_for_the_plant_they_were_measured_on(result):
     )
 
 
+@pytest.mark.slow
 def test_what_joints_met_is_said_on_the_first_screen_and_with_its_plant(tmp_path, result):
     dahl = replace(
         result.plants["none"], remarks=("seed 0, fast, off: lost, joint 1 went to 93 deg",)

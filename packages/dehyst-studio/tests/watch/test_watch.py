@@ -39,6 +39,7 @@ def cut(size, *signals):
     return [[signal[k : k + size] for signal in signals] for k in range(0, len(signals[0]), size)]
 
 
+@pytest.mark.slow
 def test_reports_do_not_depend_on_the_size_of_batches():
     whole = [found(Watch(MODEL), cut(size, T, X, WORN)) for size in (20_000, 777, 50)]
     assert len(whole[0]) > 10
@@ -60,6 +61,7 @@ def test_a_change_is_an_alarm_once_and_names_its_part():
     assert low < 10 < high or abs(value - 10) < 0.5
 
 
+@pytest.mark.slow
 def test_a_restart_goes_on_where_it_was_and_a_state_of_another_model_is_refused(tmp_path):
     once = found(Watch(MODEL), cut(500, T, X, WORN))
     parts, twice, state = cut(500, T, X, WORN), [], tmp_path / "state"
@@ -261,6 +263,7 @@ def test_what_is_no_message_is_handed_on_as_skipped_and_lists_are_samples():
     assert read(f"[{half}]") == ([(0.0, 1.0, 3.0)], 1)
 
 
+@pytest.mark.slow
 def test_the_command_says_how_many_lines_hold_no_numbers(tmp_path):
     (tmp_path / "log.csv").write_text(
         "time_s,input,output\n0,0,0\n1,1,1\n2,2,2\n3,ERR,1\n4,,2\n5,1,1\n6,2,2\n7,1,1\n"

@@ -250,6 +250,7 @@ def test_fmpy_finds_no_fault(family, version, tmp_path):
     assert validate_fmu(str(written(tmp_path, version, family))) == []
 
 
+@pytest.mark.slow
 def test_the_simulation_of_the_readme_gives_the_expected_table(fmu):
     fmpy()
     result, expected = readme_simulation(fmu[1], "joint_1", ["pressure"])
@@ -715,6 +716,7 @@ def test_a_step_that_leads_to_no_time_is_refused(begin, length, words, fmu):
         assert instance.get("pressure") == (unit().start_output,)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_what_is_beyond_all_physics_is_rejected_and_the_texts_say_so(real, tmp_path):
     limit = {"double": 1e100, "float": 1e15}[real]

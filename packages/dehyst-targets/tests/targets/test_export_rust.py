@@ -84,6 +84,7 @@ def test_a_unit_that_computes_something_else_is_noticed(tmp_path):
     assert done.returncode != 0 and "do not use this build" in done.stdout
 
 
+@pytest.mark.slow
 @WITH_GCC
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_storage_holds_the_state_and_too_little_does_not_compile(real, tmp_path):

@@ -278,6 +278,7 @@ def test_what_to_do_next_agrees_with_the_verdict(run, tmp_path):
     assert 'class="verdict stop" id="verdict"' in page
 
 
+@pytest.mark.slow
 def test_a_model_asked_for_to_simulate_is_offered_for_that(run, folder, tmp_path):
     """LuGre has no inverse: the advice was to leave --for simulate out, and its report showed a gain of infinity."""
     log, model, page = folder / "log.csv", tmp_path / "m.json", tmp_path / "r.html"

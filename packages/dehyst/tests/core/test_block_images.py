@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from block_samples import inverse_block, sample, wishes
 from dehyst import Block, ModifiedPrandtlIshlinskii, MonotoneMap, PrandtlIshlinskii, _native
 from dehyst.errors import ParameterError
+from in_one import in_one
 
 SEEDS = st.integers(0, 100_000)
 MODEL = ModifiedPrandtlIshlinskii(
@@ -200,10 +201,8 @@ def bad_parameters():
     yield "input with an argument beyond the limit", at["center"], 9e99
 
 
-@pytest.mark.parametrize(
-    ("index", "value"), [x[1:] for x in bad_parameters()], ids=[x[0] for x in bad_parameters()]
-)
-def test_signed_parameters_of_no_block_are_refused(index, value):
+@in_one("name, index, value", bad_parameters())
+def test_signed_parameters_of_no_block_are_refused(name, index, value):
     image = used().dump()
     with pytest.raises(ValueError, match=r"^5$"):
         _native.Block(with_number(image, index, value))

@@ -112,6 +112,7 @@ def test_two_hundred_thousand_random_models_step_as_the_dense_step_does(differen
     assert play_error <= 90 * unit
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(
     st.lists(st.integers(1, 3), min_size=1, max_size=12),

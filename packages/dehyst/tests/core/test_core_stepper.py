@@ -17,6 +17,7 @@ from dehyst import (
     _native,
 )
 from dehyst.models import RejectedSamplesWarning, StaticCurve
+from in_one import in_one
 from oracles import random_thresholds, random_walk, random_weights
 
 LIMIT = _native.INPUT_LIMIT
@@ -74,7 +75,7 @@ def test_the_guard_is_a_comparison_with_the_limit(value):
 
 
 @every_model
-@pytest.mark.parametrize("value", BAD.values(), ids=BAD.keys())
+@in_one("value", BAD.values())
 def test_a_rejected_sample_holds_the_output_and_leaves_the_state(model, value):
     step = model.stepper()
     good = [step(x) for x in (0.3, -0.8, 0.5)][-1]

@@ -60,6 +60,7 @@ def test_a_block_too_slow_for_half_a_swing_leaves_its_reference_as_it_is():
     assert np.array_equal(*(block.run(wanted)[0] for block in blocks))
 
 
+@pytest.mark.spread(20)
 @pytest.mark.parametrize("seed", range(60))
 def test_random_sums_are_undone_by_their_inverse_block_and_stay_within_their_limits(seed):
     rng = np.random.default_rng(seed)

@@ -281,6 +281,7 @@ def long_signal(kind):
     }[kind]
 
 
+@pytest.mark.spread(5)
 @pytest.mark.parametrize("kind", ["smooth", "noisy", "white", "decaying", "constant"])
 @pytest.mark.parametrize("method", [0, 8])
 def test_long_runs_lose_no_digits(kind, method):

@@ -19,6 +19,7 @@ from dehyst.models import StaticCurve
 from dehyst.models._policy import POLICY
 from dehyst_robot import _native as _robot
 from dehyst_robot.control import Adaptation, JointControllerParameters
+from in_one import in_one
 from oracles import random_thresholds, random_walk, random_weights
 
 BAD = (
@@ -76,8 +77,8 @@ def test_auto_changes_at_a_hundred_operators():
         assert PrandtlIshlinskii(np.arange(n) / n, np.ones(n)).stepper("auto").method == method
 
 
-@pytest.mark.parametrize("method", ["Dense", "log", "", b"dense", ()])
 @every_model
+@in_one("method", ["Dense", "log", "", b"dense", ()])
 def test_an_unknown_method_is_refused_by_name(model, method):
     with pytest.raises(ParameterError, match=r"'dense' .* 'logarithmic' .* 'auto'") as fault:
         model.stepper(method)
@@ -92,7 +93,7 @@ def test_a_period_in_its_place_changes_nothing(model):
 
 
 @every_model
-@pytest.mark.parametrize("value", BAD)
+@in_one("value", BAD)
 def test_a_rejected_sample_holds_the_output_and_leaves_the_state(model, value):
     step, clean = logarithmic(model), logarithmic(model)
     assert step(value) == clean.output  # as the first sample too

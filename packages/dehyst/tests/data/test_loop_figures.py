@@ -97,6 +97,7 @@ def test_with_noise_on_both_signals_they_stay_within_a_hundredth():
     assert value(measured, "remanence") == pytest.approx(np.tanh(c / s), rel=0.01)
 
 
+@pytest.mark.slow
 def test_nineteen_of_twenty_generated_loops_are_within_their_intervals():
     """Of 200 logs of six noisy loops, and of 200 with one loop; the interval is one of 95 %."""
     r, w, reach = 0.4, 2.5, 3.0
@@ -142,6 +143,7 @@ def test_scales_of_both_signals_scale_the_numbers(threshold, gain, scale, cycles
         assert value(scaled, name) == pytest.approx(wanted, rel=1e-6, abs=1e-9 * factor), name
 
 
+@pytest.mark.slow
 @given(st.integers(0, 10_000))
 def test_negating_the_input_turns_the_direction_round_and_nothing_else(seed):
     rng = np.random.default_rng(seed)
@@ -375,6 +377,7 @@ def test_what_identify_says_of_the_opening_is_what_loops_says():
     assert fit.facts.loop_words == measured.opening_words
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     not (DATA / "magnet_3c90").is_dir(), reason="no measured logs beside the repository"
 )

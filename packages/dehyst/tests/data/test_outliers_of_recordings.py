@@ -36,6 +36,7 @@ X, Y, CLEAN = rig()
 BEST = dehyst.identify(dehyst.Recording(input=X, output=Y), "pi", n=40)
 
 
+@pytest.mark.spread(18)
 @pytest.mark.parametrize("where", [0, 1, 4, 700, 1000, 1199, 1201, N - 5, N - 1])
 @pytest.mark.parametrize(
     ("length", "value"), [(1, 1000.0), (1, -1e6), (2, 85.0), (5, 85.0), (5, -300.0), (20, 400.0)]
@@ -75,6 +76,7 @@ def random_values(rng: np.random.Generator) -> tuple[Array, Array, Array]:
     return signals[0], signals[1], bad
 
 
+@pytest.mark.spread(8)
 @pytest.mark.parametrize("seed", range(30))
 def test_random_false_values_are_left_out_or_named(seed: int) -> None:
     x, y, bad = random_values(np.random.default_rng(seed))
@@ -115,6 +117,7 @@ def legitimate(rng: np.random.Generator) -> Array:
     return np.asarray((kinds[int(rng.integers(0, len(kinds)))] + noise) * 10 ** rng.uniform(-3, 3))
 
 
+@pytest.mark.spread(5)
 @pytest.mark.parametrize("seed", range(20))
 def test_no_signal_of_a_rig_has_outliers(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -87,6 +87,7 @@ def test_false_values_are_found_and_signals_left_alone(seeds):
     assert len(missed) <= 0.12 * len(seeds)
 
 
+@pytest.mark.spread(4)
 @pytest.mark.parametrize("every", [300, 600, 900, 1800])
 @pytest.mark.parametrize("role", ["input", "output"])
 def test_runs_of_zeros_are_left_out_of_a_fit(every, role):

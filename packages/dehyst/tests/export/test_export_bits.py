@@ -53,6 +53,7 @@ def test_the_comparison_is_not_vacuous(compiled):
     assert any(run.case.block.model.before or run.case.block.model.after for run in runs)
 
 
+@pytest.mark.slow
 def test_one_changed_digit_is_noticed(compiled, tmp_path):
     runs, folder = compiled
     if runs[0].real == "float":

@@ -128,6 +128,7 @@ def test_no_symbol_outside_the_export_is_needed(target, what, compiler, tmp_path
     assert undefined <= {"memcpy", "memmove", "_GLOBAL_OFFSET_TABLE_"}
 
 
+@pytest.mark.slow
 def test_two_headers_live_in_one_file_and_in_one_program(tmp_path):
     needs("cc", "c++")
     for name, what in (("left", "inverse"), ("right", "forward")):
@@ -364,6 +365,7 @@ def test_the_same_model_gives_the_same_files(tmp_path):
     assert same >= set(a.files) - {"manifest.json"}  # which carries the date
 
 
+@pytest.mark.slow
 def test_text_of_a_log_cannot_leave_a_comment_or_a_string(tmp_path):
     needs("make", "cc")
     evil = 'a*/ int x; /*\\\n??/ "%s%n" é\u202e\x07'

@@ -206,6 +206,7 @@ def warned(run, model, *arguments):
     return {finding["code"]: finding["message"] for finding in json.loads(out)["warnings"]}
 
 
+@pytest.mark.slow
 def test_what_is_doubtful_is_said(run, place):
     bad = ModelCard(
         CARD.input,

@@ -230,6 +230,7 @@ def test_a_manifest_with_a_number_that_is_none_is_refused(exports, nothing_runs,
         verification.verify_folder(folder)
 
 
+@pytest.mark.spread(13)
 @pytest.mark.parametrize("kind", ["c", "direct", "simulink"])
 @pytest.mark.parametrize("target", ["c", "st", "simulink", "arduino"])
 @pytest.mark.parametrize("what", ["inverse", "joint-controller", "direct-inverse", "nothing"])

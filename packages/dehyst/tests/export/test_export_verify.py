@@ -262,6 +262,7 @@ def test_a_check_that_says_less_than_it_should_has_failed(exports, tmp_path, pro
     assert "due are 8 and 1" in check.detail
 
 
+@pytest.mark.slow
 def test_the_first_failure_is_told_and_not_what_follows_from_it(exports, tmp_path):
     place = shutil.copytree(exports("c"), tmp_path / "out")
     edit(place, "src/pi.c", "pi->offset + ", "pi->offset + 0.125 + ")
@@ -299,6 +300,7 @@ def test_a_manifest_that_leads_out_of_the_folder_is_refused(exports, tmp_path):
         verification.verify_folder(place)
 
 
+@pytest.mark.slow
 def test_nothing_is_signed_off_without_a_compiler(run, exports, tmp_path, monkeypatch):
     place = shutil.copytree(exports("c"), tmp_path / "out")
     monkeypatch.setattr(compilers, "found", dict)

@@ -89,6 +89,31 @@ def test_a_row_says_what_a_separate_scoring_of_its_predictions_says(found, laggi
             assert entry.test.max == pytest.approx(np.abs(error).max(), rel=1e-9)
 
 
+def fitted_half_is_the_same(table, lagging, families=None):
+    """Whether other values in the held-out half change no model, so no prediction of the fitted half."""
+    half = len(lagging) // 2
+    y = lagging.output.copy()
+    y[half:] = 0.3 * y[half:] + 0.2
+    other = compare(replace(lagging, output=y), families)
+    for entry in table.entries:
+        if entry.model is not None:
+            np.testing.assert_array_equal(
+                entry.fit.predictions[0][:half],
+                other[entry.family].fit.predictions[0][:half],
+                err_msg=entry.family,
+            )
+
+
+@pytest.mark.slow
+def test_no_family_sees_the_held_out_samples(found, lagging):
+    fitted_half_is_the_same(found, lagging)
+
+
+def test_the_quickest_families_do_not_see_the_held_out_samples(lagging):
+    quickest = ["static", "pi", "dahl"]
+    fitted_half_is_the_same(compare(lagging, quickest), lagging, quickest)
+
+
 @pytest.mark.exhaustive
 def test_the_curve_is_fitted_and_scored_once_for_all_families(lagging, monkeypatch):
     made = []
@@ -111,32 +136,20 @@ def counted(function, names):
     return noting
 
 
-def test_no_family_sees_the_held_out_samples(lagging):
-    """Other values there change no model, so no prediction of the fitted part."""
-    half = len(lagging) // 2
-    y = lagging.output.copy()
-    y[half:] = 0.3 * y[half:] + 0.2
-    other = replace(lagging, output=y)
-    for name in all_names():
-        a, b = (compare(record, [name])[name] for record in (lagging, other))
-        if a.model is not None:
-            np.testing.assert_array_equal(
-                a.fit.predictions[0][:half], b.fit.predictions[0][:half], err_msg=name
-            )
-
-
 @pytest.mark.parametrize("seed", [-1, 0.5, None, True])
 def test_a_seed_is_a_whole_number(lagging, seed):
     with pytest.raises(ParameterError, match="seed"):
         compare(lagging, ["static"], seed=seed)
 
 
+@pytest.mark.slow
 def test_ties_are_those_whose_difference_drowns_in_the_scatter(lagging):
     found = compare(lagging, ["pi", "pi-cumulative", "static"])
     assert found.chosen.tied
     assert found["pi"].tied and not found["static"].tied
 
 
+@pytest.mark.slow
 def test_no_exportable_row_is_smaller_and_better_than_one_of_the_front(lagging):
     comparison = compare(
         lagging, ["pi", "pi-cumulative", "modified-pi", "static", "dahl", "play-sum"]
@@ -176,6 +189,7 @@ def test_unknown_names_and_dead_signals_are_refused_with_the_cure(lagging):
         compare(Recording(input=np.ones(100), output=np.arange(100.0)))
 
 
+@pytest.mark.slow
 def test_a_progress_callback_is_told_of_every_family(lagging):
     told = []
     compare(lagging, ["pi", "static"], progress=lambda *what: told.append(what))
@@ -226,6 +240,7 @@ def registered(monkeypatch):
     monkeypatch.setitem(registry.MODULES, "backlash", module.__name__)
 
 
+@pytest.mark.slow
 def test_a_new_family_needs_one_module_and_one_line(registered, lagging):
     x = lagging.input
     truth = Backlash(0.3, 0.5, Scaling(float(x.mean()), 2.0, 3.0, 7.0), "zero")
@@ -298,6 +313,7 @@ def test_the_table_fits_eighty_columns_with_whole_names_and_says_where_there_is_
     assert all(len(cells) == 5 for cells in rows.values()) and rows["lugre"][2] == "none"
 
 
+@pytest.mark.slow
 def test_a_rival_that_was_left_out_and_errs_less_is_said_so(lagging):
     found = compare(lagging, ["static"])
     assert f"smallest error, {found.chosen.error_percent:.3g} %" in found.verdict
@@ -319,6 +335,7 @@ def test_the_saved_model_of_any_family_simulates_and_compensates(run, log, tmp_p
     assert np.sqrt(np.mean((y[late, 2] - data[late, 2]) ** 2)) < 0.05 * np.ptp(data[:, 2])
 
 
+@pytest.mark.slow
 def test_a_damaged_file_of_a_family_is_refused(run, log, tmp_path):
     model = tmp_path / "m.json"
     assert run("compare", log, *SIGNALS, "--families", "dahl", "--save", model)[0] == 0
@@ -387,6 +404,7 @@ def test_on_measured_logs_the_chosen_family_is_at_least_as_good_as_auto(run, nam
     assert best["test"]["rmse"] <= result["auto"]["test"]["rmse"]
 
 
+@pytest.mark.slow
 def test_a_narrow_terminal_cuts_no_name_of_a_family(run, log, monkeypatch):
     monkeypatch.setenv("COLUMNS", "60")
     _, out, _ = run("compare", log, *SIGNALS, "--families", "krasnoselskii-pokrovskii,pi")
@@ -406,6 +424,7 @@ def test_a_family_is_as_large_in_compare_as_identified_by_its_name():
         )
 
 
+@pytest.mark.slow
 def test_the_inverse_of_the_curve_errs_as_much_in_compare_as_in_identify():
     """The inverse of a curve asks for inputs beyond the range; compare did not keep them within it."""
     t = np.linspace(0.0, 60.0, 1200)
@@ -435,6 +454,7 @@ def test_errors_that_differ_are_not_printed_as_the_same_number():
     )
 
 
+@pytest.mark.slow
 def test_one_model_under_two_names_is_listed_once_and_says_the_other_name():
     x = 2.0 * np.sin(np.linspace(0.0, 60.0, 1200)) * np.linspace(1.0, 0.3, 1200)
     y = PrandtlIshlinskii([0.0, 0.3, 0.8], [1.0, 0.4, 0.3]).simulate(x)

@@ -18,6 +18,7 @@ def signal(rng, size=1500):
     return x
 
 
+@pytest.mark.spread(20)
 @pytest.mark.parametrize("seed", range(60))
 def test_the_walk_answers_as_the_core_does_to_the_bit(seed):
     rng = np.random.default_rng(seed)

@@ -63,6 +63,7 @@ def found(x, y):
     return {each.group: each for each in evidence([TimedStretch(time, x, y, time >= 0.0)])}
 
 
+@pytest.mark.spread(8)
 @pytest.mark.parametrize("kind", ["friction", "lagging", "clockwise"])
 @pytest.mark.parametrize(("creep", "rate"), [(0.0, 0.0), (0.15, 0.0), (0.0, 0.15), (0.15, 0.15)])
 @pytest.mark.parametrize("wander", [0.0, 0.03])

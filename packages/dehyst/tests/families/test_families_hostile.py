@@ -11,6 +11,7 @@ from dehyst import load
 from dehyst.errors import ModelFileError, ParameterError
 from dehyst.families import Scaling, example, names
 from dehyst.models._storage import signed
+from in_one import in_one
 
 T = 120
 TIME = 0.01 * np.arange(T)
@@ -27,7 +28,7 @@ def test_a_scaling_that_makes_one_point_of_a_signal_is_refused(name, value):
 
 
 @pytest.mark.parametrize("name", names())
-@pytest.mark.parametrize(
+@in_one(
     "bad", [{"scaling": None}, {"scaling": 2.0}, {"start": []}, {"start": ["rest"]}, {"start": 3}]
 )
 def test_a_scaling_or_start_of_another_kind_is_refused(name, bad):
@@ -44,9 +45,7 @@ ARRAYS = [
 
 
 @pytest.mark.parametrize(("name", "key"), ARRAYS)
-@pytest.mark.parametrize(
-    "value", [None, "x", {}, [[1.0, 2.0], [3.0]], [float("nan")], [1j], [1e200, 2e200]]
-)
+@in_one("value", [None, "x", {}, [[1.0, 2.0], [3.0]], [float("nan")], [1j], [1e200, 2e200]])
 def test_an_array_of_parameters_that_holds_no_numbers_is_refused_by_name(name, key, value):
     with pytest.raises(ParameterError, match=key):
         dataclasses.replace(example(name), **{key: value})

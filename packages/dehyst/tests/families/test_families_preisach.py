@@ -295,6 +295,7 @@ def test_the_start_state_is_found(start):
     assert fit.model.start == start and fit.test.rmse_percent < 0.5
 
 
+@pytest.mark.slow
 def test_clockwise_loops_get_a_measure_that_is_negative_off_the_diagonal():
     x = rich(13, 4000)
     y = x - 0.5 * PrandtlIshlinskii([0.1, 0.3, 0.5], [0.5, 0.6, 0.7]).simulate(x)

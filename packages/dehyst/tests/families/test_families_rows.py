@@ -265,6 +265,7 @@ def test_a_score_is_that_of_the_errors_on_ten_folds_each_fitted_without_them():
     )
 
 
+@pytest.mark.slow
 def test_a_model_of_a_thinned_log_runs_at_the_period_of_the_log():
     """An exported block takes this period unless told another."""
     x, step = wander(60_000, 3), 0.001

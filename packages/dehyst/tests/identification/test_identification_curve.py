@@ -40,6 +40,8 @@ def codes(fit):
     return [finding.code for finding in fit.warnings]
 
 
+@pytest.mark.slow
+@pytest.mark.spread(4)
 @pytest.mark.parametrize("respond", [bent, falling, open_by_turns, lambda x: np.tanh(2.0 * x)])
 def test_auto_is_never_worse_than_the_curve_where_the_training_part_says_so(respond):
     fit = dehyst.identify(recording(respond))
@@ -52,6 +54,7 @@ def test_auto_is_never_worse_than_the_curve_where_the_training_part_says_so(resp
     assert fit.candidates[0].error_percent <= best / 0.95
 
 
+@pytest.mark.slow
 def test_where_a_loop_repeats_the_curve_is_a_row_of_the_comparison_and_not_the_answer():
     fit = dehyst.identify(recording(dehyst.PrandtlIshlinskii([0.0, 0.3], [1.0, 0.3]).simulate))
     assert fit.family != "static" and "no-hysteresis" not in codes(fit)
@@ -81,6 +84,7 @@ def test_a_curve_by_name_is_the_bar_of_every_fit(respond):
     assert fit.certificate.kkt_residual < 1e-12
 
 
+@pytest.mark.slow
 def test_the_error_of_a_curve_is_the_mean_over_fits_without_a_fifth_of_the_way():
     rec = recording(bent)
     half = len(rec) // 2

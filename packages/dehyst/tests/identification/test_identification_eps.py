@@ -103,6 +103,7 @@ def test_auto_chooses_the_papers_eps_too_where_all_families_are_asked():
     assert not np.array_equal(fit.model.weights, dehyst.identify(rec, "pi").model.weights)
 
 
+@pytest.mark.spread(5)
 @pytest.mark.parametrize("scale", [1e-6, 4e-4, 1e-3, 1.0, 1e6])
 @pytest.mark.parametrize("weights", [STIFF, SLACK])
 def test_a_relative_eps_makes_the_papers_family_independent_of_units(weights, scale):
@@ -133,6 +134,7 @@ def test_where_the_papers_bound_is_nothing_in_these_units_the_gain_is_said_with_
     assert "good for compensation" not in fit.verdict
 
 
+@pytest.mark.slow
 def test_a_refit_keeps_the_bound_that_was_chosen():
     for rec in (
         recording(SLACK, noise=0.05, thresholds=(0.0, 0.3, 0.8)),

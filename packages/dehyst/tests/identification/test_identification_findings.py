@@ -2,6 +2,7 @@
 
 import inspect
 import re
+from functools import cache
 
 import numpy as np
 import pytest
@@ -167,6 +168,7 @@ FIRING = {
 }
 
 
+@pytest.mark.slow
 def test_clean_data_brings_no_warning():
     fit = dehyst.identify(clean())
     assert fit.warnings == ()
@@ -199,12 +201,14 @@ def test_every_code_that_identification_can_give_is_tested():
     }  # tested in test_lateness.py, test_choice_told.py, test_causes.py, test_least_is_known.py
 
 
+@pytest.mark.slow
 def test_a_test_of_a_few_samples_makes_no_model_good():
     fit = dehyst.identify(clean(), train_fraction=0.998)
     assert fit.test is not None and fit.test.rmse_percent < 3.0
     assert "usable with care (small-test)" in fit.verdict
 
 
+@pytest.mark.slow
 def test_the_verdict_follows_the_warnings():
     made = ((memoryless, "modified-pi"), (erratic, "auto"), (drifting, "auto"), (backlash, "auto"))
     verdicts = [dehyst.identify(make(), family, n=25).verdict for make, family in made]
@@ -297,6 +301,7 @@ def test_the_choice_is_the_same_every_time():
     assert first.candidates == second.candidates
 
 
+@pytest.mark.slow
 def test_held_out_samples_never_touch_the_fit():
     rec = clean()
     half = len(rec) // 2
@@ -317,6 +322,12 @@ def test_held_out_samples_never_touch_the_fit():
 # Scales, directions.
 
 
+@cache
+def of_its_own_units(make):
+    return dehyst.identify(make(), n=25)
+
+
+@pytest.mark.spread(9)
 @pytest.mark.parametrize("make", [clean, clockwise, lambda: clean(output=np.tanh(clean().output))])
 @pytest.mark.parametrize(
     ("gain_x", "gain_y"),
@@ -325,7 +336,7 @@ def test_held_out_samples_never_touch_the_fit():
 def test_units_do_not_matter(make, gain_x, gain_y):
     rec = make()
     scaled = dehyst.Recording(input=gain_x * rec.input, output=gain_y * rec.output, time=rec.time)
-    first, second = dehyst.identify(rec, n=25), dehyst.identify(scaled, n=25)
+    first, second = of_its_own_units(make), dehyst.identify(scaled, n=25)
     assert first.family == second.family
     assert second.test.rmse_percent == pytest.approx(first.test.rmse_percent, abs=1e-9)
     assert [w.code for w in first.warnings] == [w.code for w in second.warnings]
@@ -516,6 +527,7 @@ def test_a_recording_with_samples_that_are_not_finite_is_refused(value):
             clean(**{role: spoiled})
 
 
+@pytest.mark.spread(20)
 @pytest.mark.parametrize("samples", range(4, 60, 5))
 @pytest.mark.parametrize("family", ["auto", "pi", "pi-cumulative", "modified-pi", "stop"])
 def test_short_recordings_are_fitted_with_a_warning_or_refused_by_name(samples, family):
@@ -535,6 +547,7 @@ def test_recordings_shorter_than_four_samples_are_refused():
         dehyst.Recording(input=[0.0, 1.0, 0.0], output=[0.0, 1.0, 0.0])
 
 
+@pytest.mark.spread(6)
 @pytest.mark.parametrize("seed", range(12))
 def test_no_data_makes_identification_fail_without_a_name(seed):
     rng = np.random.default_rng(seed)

@@ -26,6 +26,7 @@ def data_light(fit):
     return next(light for light in lights(fit) if light.aspect == "The data")
 
 
+@pytest.mark.slow
 def test_fourteen_loops_of_one_size_are_not_called_good_data():
     fit = dehyst.identify(log((2.0, -2.0) * 28))
     light = data_light(fit)

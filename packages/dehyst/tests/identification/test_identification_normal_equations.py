@@ -43,7 +43,8 @@ def by_orthogonal_factors(monkeypatch):
     return identify
 
 
-@pytest.mark.parametrize("family", [*FAMILIES, "auto"])
+@pytest.mark.spread(8)
+@pytest.mark.parametrize("family", [*FAMILIES, pytest.param("auto", marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "make", [noisy, lambda: noisy(map_of=np.tanh), lambda: noisy(seed=3, scale=0.2)]
 )
@@ -196,6 +197,7 @@ def test_a_condition_number_above_the_limit_takes_the_other_route_and_the_certif
     assert all(f.as_dict()["condition"] == pytest.approx(fit.certificate.condition) for f in found)
 
 
+@pytest.mark.slow
 def test_operators_that_the_data_cannot_tell_apart_do_no_harm(by_orthogonal_factors):
     # Of a coarsely quantised input, neighbouring cells are equal in every sample.
     rec = noisy(scale=0.0)

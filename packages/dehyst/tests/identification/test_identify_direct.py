@@ -143,6 +143,7 @@ def test_noise_on_the_input_does_not_make_the_compensator_worse_as_it_does_throu
     assert np.mean(direct) < 0.5 * np.mean(forward)
 
 
+@pytest.mark.slow
 def test_creep_is_found_and_what_holds_still_is_told_apart_from_stops():
     t, y = motion(stroke=(1.0, 3.0, 6.0), hold=3.0)
     u = asked(t, y, np.zeros(y.size), stops=STOPS, creep=((1.0, 0.2), (6.0, 0.2)))
@@ -170,6 +171,7 @@ def test_time_constants_wrong_by_a_factor_of_three_cost_little():
         assert set(fit.model.time_constants) <= set(times)
 
 
+@pytest.mark.slow
 def test_creep_in_a_log_without_holds_comes_with_a_warning():
     t, y = motion()
     u = asked(t, y, np.zeros(y.size), stops=STOPS, creep=((1.0, 0.5),))
@@ -257,6 +259,7 @@ def test_a_number_of_time_constants_and_time_constants_are_not_given_together(pl
         dehyst.identify(plain, "direct-inverse", creep=3, creep_times=[1.0, 5.0])
 
 
+@pytest.mark.slow
 def test_creep_that_is_not_there_is_said_to_be_of_no_use(plain):
     fit = dehyst.identify(plain, "direct-inverse", creep=2, initial_state="rest")
     assert "creep-no-gain" in codes(fit)
@@ -264,6 +267,7 @@ def test_creep_that_is_not_there_is_said_to_be_of_no_use(plain):
     assert "creep-times-outside" in codes(far)
 
 
+@pytest.mark.slow
 def test_rate_dependence_is_found_where_it_is_and_nowhere_else(plain_fit):
     t, y = motion(stroke=(0.7, 2.0, 5.0))
     u = asked(t, y, np.gradient(y, t), stops=STOPS, viscous=0.2)
@@ -295,6 +299,7 @@ def test_a_path_lag_is_found():
     assert fit.input_test.rms_percent < 0.3
 
 
+@pytest.mark.slow
 def test_weights_change_with_the_output_only_where_that_is_in_the_data(plain_fit):
     t, y = motion()
     u = asked(t, y, np.zeros(y.size), stops=STOPS, share=0.2 + 1.6 * np.clip((y + 10) / 20, 0, 1))
@@ -382,6 +387,7 @@ def test_without_time_stops_are_found_and_creep_is_refused(plain):
         dehyst.identify(bare, "direct-inverse", creep=3)
 
 
+@pytest.mark.slow
 def test_an_unknown_past_is_not_taken_for_rest():
     t, y = motion((1.0, -1.0) * 6)
     u = asked(t, y, np.zeros(y.size), stops=((4.0, 1.0),), curve=(0.0, 0.3))

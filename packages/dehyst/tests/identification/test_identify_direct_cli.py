@@ -259,6 +259,7 @@ def test_the_report_shows_the_loop_first_and_runs_nothing(run, folder, tmp_path)
     assert "load" in text
 
 
+@pytest.mark.slow
 def test_a_drift_is_not_told_from_a_mass_where_the_model_has_a_force(run, folder, tmp_path):
     model = tmp_path / "m.json"
     assert (

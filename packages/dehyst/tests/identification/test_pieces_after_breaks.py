@@ -44,6 +44,7 @@ def true_error(model: dehyst.models.HysteresisModel) -> float:
     return 100.0 * float(np.sqrt(np.mean(gap**2)) / np.ptp(TRUTH.simulate(x)))
 
 
+@pytest.mark.spread(3)
 @pytest.mark.parametrize("seed", range(8))
 def test_a_log_with_breaks_gives_the_model_of_the_whole_one(seed: int) -> None:
     whole, broken = rig(np.random.default_rng(seed))
@@ -56,6 +57,7 @@ def test_a_log_with_breaks_gives_the_model_of_the_whole_one(seed: int) -> None:
     assert true_error(fits[1].model) < 1.5 * true_error(fits[0].model)
 
 
+@pytest.mark.slow
 def test_weights_are_unbiased() -> None:
     gaps = []
     for seed in range(8):

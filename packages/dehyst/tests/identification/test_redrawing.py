@@ -76,6 +76,7 @@ def test_parts_cover_every_chosen_sample_once():
     np.testing.assert_allclose(squares, 0.25)
 
 
+@pytest.mark.slow
 def test_every_row_of_a_comparison_has_an_interval_around_its_error():
     comparison = dehyst.compare(
         example_recording(), ["static", "pi", "modified-pi", "direct-inverse"]
@@ -92,6 +93,7 @@ def fit():
     return dehyst.identify(example_recording())
 
 
+@pytest.mark.slow
 def test_a_row_that_is_three_times_better_on_held_out_samples_is_named_with_the_reason(fit):
     assert fit.passed_over == ""
     row = next(row for row in fit.table if not row.chosen and row.family != "static")

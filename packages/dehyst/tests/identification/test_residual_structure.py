@@ -233,7 +233,9 @@ def test_a_long_log_is_looked_at_in_part_and_says_the_same():
     assert says[1].noise_percent == pytest.approx(says[0].noise_percent, rel=0.05)
 
 
-@pytest.mark.parametrize("family", ["static", "pi", "play-sum", "dahl", "auto"])
+@pytest.mark.parametrize(
+    "family", ["static", "pi", "play-sum", "dahl", pytest.param("auto", marks=pytest.mark.slow)]
+)
 @pytest.mark.parametrize("time", [True, False])
 def test_every_fit_says_it_in_its_report_and_its_json(family, time):
     t, x = strokes(90.0)

@@ -59,6 +59,7 @@ def swaying():
     return dehyst.identify(log(1))
 
 
+@pytest.mark.slow
 def test_a_loop_that_goes_with_a_temperature_is_followed_where_the_temperature_is_told(swaying):
     without = dehyst.identify(plain(log(1)))
     assert swaying.model.needs == ("temperature",) and without.model.needs == ()
@@ -70,6 +71,7 @@ def test_a_loop_that_goes_with_a_temperature_is_followed_where_the_temperature_i
     assert swaying.as_dict()["schedules"] == ["temperature"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("temperature", [20.0, 50.0, 71.0])
 def test_the_inverse_undoes_the_model_at_every_temperature(swaying, temperature):
     x, model = strokes(15, 8), swaying.model
@@ -80,6 +82,7 @@ def test_the_inverse_undoes_the_model_at_every_temperature(swaying, temperature)
     assert model.least_slope > 0.0
 
 
+@pytest.mark.slow
 def test_a_block_of_the_core_answers_as_the_model_and_its_inverse(swaying):
     model, record = swaying.model, log(3)
     T = record.schedules["temperature"]
@@ -92,6 +95,7 @@ def test_a_block_of_the_core_answers_as_the_model_and_its_inverse(swaying):
         np.testing.assert_allclose(steps, answer, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_between_levels_that_were_logged_the_left_out_one_is_predicted():
     fit = dehyst.identify([log(10 + k, T, 25) for k, T in enumerate((20, 40, 60, 80))])
     between = log(20, 50, 25)
@@ -102,6 +106,7 @@ def test_between_levels_that_were_logged_the_left_out_one_is_predicted():
     assert not {"recordings-differ"} & {finding.code for finding in fit.warnings}
 
 
+@pytest.mark.slow
 def test_a_signal_that_changes_nothing_is_left_out_and_that_is_said():
     record = plain(log(1))
     noise = np.random.default_rng(0).standard_normal(len(record))
@@ -111,6 +116,7 @@ def test_a_signal_that_changes_nothing_is_left_out_and_that_is_said():
     assert "schedule-no-gain" in {finding.code for finding in fit.warnings}
 
 
+@pytest.mark.slow
 def test_a_level_in_one_stretch_alone_is_said():
     record = log(1, 20.0)
     T = np.where(record.time < 0.15 * record.time[-1], 20.0, 30.0)
@@ -118,13 +124,17 @@ def test_a_level_in_one_stretch_alone_is_said():
     assert "schedule-once" in {finding.code for finding in fit.warnings}
 
 
-@pytest.mark.parametrize("family", ["full-sum", "inverse-stop-rate", "direct-inverse"])
+@pytest.mark.parametrize(
+    "family",
+    [pytest.param("full-sum", marks=pytest.mark.slow), "inverse-stop-rate", "direct-inverse"],
+)
 def test_a_row_that_is_named_goes_with_the_signal_too(family):
     fit = dehyst.identify(log(1), family)
     assert fit.model.needs == ("temperature",)
     assert fit.input_test.rms_percent < 3.0
 
 
+@pytest.mark.slow
 def test_two_signals_are_told_apart():
     x = strokes(60, 1)
     t = DT * np.arange(x.size)
@@ -136,16 +146,19 @@ def test_two_signals_are_told_apart():
     assert fit.test.rmse_percent < 1.0
 
 
+@pytest.mark.slow
 def test_a_saved_model_answers_alike(swaying, tmp_path):
     loaded = dehyst.load(swaying.model.save(tmp_path / "m.json"))
     assert loaded == swaying.model and loaded.context == swaying.model.context
 
 
+@pytest.mark.slow
 def test_a_size_that_no_model_with_the_signal_has_is_refused_with_the_one_that_fits():
     with pytest.raises(dehyst.DehystError, match="the smallest has"):
         dehyst.identify(log(1), size=4)
 
 
+@pytest.mark.slow
 def test_a_stepper_holds_its_output_while_the_signal_is_no_number(swaying):
     step = swaying.model.stepper(DT)
     first = step(0.3, temperature=40.0)
@@ -160,7 +173,8 @@ def test_what_does_not_go_with_a_signal_refuses_it():
             dehyst.identify(record, family, **more)
 
 
-def test_signals_that_cannot_serve_are_refused_with_a_cure():
+@pytest.mark.slow
+def test_signals_that_cannot_serve_are_refused_with_a_cure(swaying):
     record = log(1)
     T = record.schedules["temperature"]
     with pytest.raises(RecordingError, match="one value for each sample"):
@@ -181,7 +195,7 @@ def test_signals_that_cannot_serve_are_refused_with_a_cure():
     with pytest.raises(ParameterError, match="same signals in the same units"):
         dehyst.identify([record, replace(log(2), schedule_units={"temperature": "K"})])
     with pytest.raises(ParameterError, match="temperature"):
-        dehyst.identify(record).model.simulate(record.input, record.time)
+        swaying.model.simulate(record.input, record.time)
 
 
 @given(data=st.data(), group=st.sampled_from(sorted(GROUPS)), schedules=st.integers(1, 2))
@@ -209,6 +223,7 @@ def test_shares_of_a_schedule_add_up_to_one():
     np.testing.assert_allclose(shares(xi)[:, 1::2] + shares(xi)[:, 2::2], 1.0)
 
 
+@pytest.mark.slow
 def test_the_commands_read_the_signal_by_its_name(run, tmp_path):
     for name, record in (("log", log(1)), ("later", log(2))):
         table = np.column_stack(
@@ -250,6 +265,7 @@ def test_the_commands_read_the_signal_by_its_name(run, tmp_path):
     assert run(*spare, "--schedule", "heat=T_degC")[0] == 2
 
 
+@pytest.mark.slow
 def test_the_report_says_what_the_weights_go_with(swaying, tmp_path):
     page = write_report(swaying, tmp_path / "report.html").read_text(encoding="utf-8")
     text = " ".join(page.split())

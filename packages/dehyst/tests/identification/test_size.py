@@ -42,7 +42,7 @@ def test_no_model_has_more_numbers_than_were_asked_for_and_more_numbers_err_less
     assert errors[-1] < 0.1 * errors[0]
 
 
-@pytest.mark.parametrize("family", ROWS)
+@pytest.mark.parametrize("family", [*ROWS[:-1], pytest.param(ROWS[-1], marks=pytest.mark.slow)])
 def test_a_row_keeps_the_size_and_stays_what_it_is(record, family):
     fit = dehyst.identify(record, family, size=24)
     assert fit.model.free_parameters <= 24
@@ -100,6 +100,7 @@ def test_the_model_for_a_processor_keeps_its_period_there(run, log, tmp_path, pe
     assert ("smaller-for-period" in warned) is (period == 0.0001)
 
 
+@pytest.mark.slow
 def test_a_period_that_no_model_keeps_is_said(run, tmp_path):
     x = 2 * np.sin(np.arange(600) / 20) * np.linspace(1.0, 0.3, 600)
     y = dehyst.PrandtlIshlinskii([0.0, 0.6], [1.0, 0.5]).simulate(x)

@@ -33,6 +33,7 @@ def broken(at: int, fall: int, rest: float) -> Array:
 BEST = dehyst.identify(dehyst.Recording(input=X, output=Y), "pi", n=40)
 
 
+@pytest.mark.spread(10)
 @pytest.mark.parametrize("at", [1000, 1950, 2030, 3000, 4400, 5600])
 @pytest.mark.parametrize("fall", [1, 60])
 @pytest.mark.parametrize("rest", [-25.0, 0.0, 14.0])

@@ -81,6 +81,7 @@ def test_one_of_the_two_may_be_named(run, tmp_path):
     assert "The best guess, to be typed if it is right: dehyst identify" in " ".join(err.split())
 
 
+@pytest.mark.slow
 def test_compare_proposes_too(run, tmp_path):
     log = log_of(tmp_path / "log.csv", ("pressure_bar", "angle_deg"))
     status, out, _ = run("compare", log, "--families", "static")

@@ -43,6 +43,7 @@ def test_the_written_log_reads_back_to_the_last_digit(tmp_path):
     assert rec.findings == () and rec.breaks == ()
 
 
+@pytest.mark.slow
 def test_the_model_is_good_and_more_than_five_times_better_than_a_curve(fit):
     assert fit.test.rmse_percent < 0.5
     assert fit.static_test.rmse > 5 * fit.test.rmse

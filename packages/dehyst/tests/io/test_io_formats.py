@@ -195,6 +195,7 @@ def test_pickled_objects_are_never_loaded(tmp_path):
     assert not (tmp_path / "ran").exists()
 
 
+@pytest.mark.slow
 def test_archives_that_unpack_to_too_much_are_refused(tmp_path):
     np.savez_compressed(tmp_path / "bomb.npz", x=np.zeros(20_000_000))
     assert (tmp_path / "bomb.npz").stat().st_size < 400_000

@@ -254,6 +254,7 @@ def test_the_time_to_look_at_a_log_grows_with_its_columns_and_not_faster(name, t
     assert spent[1] < 24 * spent[0]  # 8 if it is linear, 64 if it is quadratic
 
 
+@pytest.mark.slow
 def test_of_very_many_columns_the_likely_ones_are_printed_and_the_others_counted(tmp_path, capsys):
     run_inspect(
         InspectRequest(

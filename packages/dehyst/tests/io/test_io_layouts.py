@@ -7,20 +7,21 @@ import pytest
 
 from dehyst.errors import LogError
 from dehyst.io import inspect_log, read_log, read_signal, read_table
-from table_layouts import ANGLE, FLOW, PRESSURE, ROWS, SECONDS, cases, judge, make
+from table_layouts import ANGLE, FLOW, PRESSURE, ROWS, SECONDS, judge, layouts, make
 
 WORKBOOKS = (
     importlib.util.find_spec("python_calamine") is not None
     and importlib.util.find_spec("openpyxl") is not None
 )
-CASES = cases(WORKBOOKS)
+LAYOUTS = layouts(WORKBOOKS)
 # Every word of these layouts can be told: no finding about names, and no refusal.
 PLAIN = ("semicolon", "tab", "pipe", "xlsx")
 DOUBTFUL = ("one-short", "two-more-cells")
 
 
 def judged(chosen, folder):
-    return {case.name: judge(case, folder) for case in chosen}
+    cases = (make(*layout) for layout in chosen)
+    return {case.name: judge(case, folder) for case in cases}
 
 
 def wrong(verdicts):
@@ -32,12 +33,12 @@ def wrong(verdicts):
 
 
 def test_no_layout_is_read_wrongly_without_a_word(tmp_path):
-    assert not wrong(judged(CASES[::197], tmp_path))
+    assert not wrong(judged(LAYOUTS[::197], tmp_path))
 
 
 @pytest.mark.exhaustive
 def test_none_of_2800_layouts_is_read_wrongly_without_a_word(tmp_path):
-    verdicts = judged(CASES, tmp_path)
+    verdicts = judged(LAYOUTS, tmp_path)
     assert not wrong(verdicts)
     sure = [
         name

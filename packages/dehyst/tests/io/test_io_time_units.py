@@ -74,6 +74,7 @@ def test_a_known_unit_of_time_is_converted(tmp_path, name):
     assert outcome(tmp_path, name, KNOWN[name]) == "right"
 
 
+@pytest.mark.spread(10)
 @pytest.mark.parametrize("name", UNKNOWN)
 def test_an_unknown_unit_of_time_is_refused_and_its_cure_reads_the_log(tmp_path, monkeypatch, name):
     assert outcome(tmp_path, name, 0.0005) == "refused"
@@ -125,6 +126,7 @@ def written(folder, form, name, stamps):
     return file
 
 
+@pytest.mark.spread(10)
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("name", ["time", "date", "t", "Zeitstempel"])
 def test_day_numbers_are_known_by_their_range_and_step_and_said(tmp_path, form, name):

@@ -273,6 +273,7 @@ def test_dt_is_for_the_file_without_a_clock(files, tmp_path):
         read_two_files(places[0], (tmp_path / "y.txt", "#1"))
 
 
+@pytest.mark.slow
 def test_unrelated_files_are_refused_with_the_numbers(files, tmp_path):
     places = files()
     t = np.arange(0.0, 90.0, 0.02)

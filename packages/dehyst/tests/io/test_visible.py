@@ -135,6 +135,7 @@ HEADERS = {
 }
 
 
+@pytest.mark.spread(18)
 @pytest.mark.parametrize("delimiter", [",", ";", "\t"])
 @pytest.mark.parametrize("rows", [30, 3000])
 @pytest.mark.parametrize("what", HEADERS)

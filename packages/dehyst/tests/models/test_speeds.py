@@ -103,6 +103,7 @@ def test_a_model_that_depends_on_no_time_or_does_not_tell_its_speed_brings_no_wo
     assert faster_than_log(older, card.input, "the input", [(time, x)]) == []
 
 
+@pytest.mark.slow
 def test_every_way_to_identify_keeps_the_speed():
     time, x = moving("triangle", 0.3, 0.02)
     y = dehyst.PrandtlIshlinskii([0.0, 0.3], [1.0, 0.4]).simulate(x)

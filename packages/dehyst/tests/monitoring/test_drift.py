@@ -68,6 +68,7 @@ def test_an_unchanged_actuator_is_called_drifted_no_more_often_than_promised(ref
     assert alarms <= 7  # binomial(25, 0.08) exceeds it three times in a thousand
 
 
+@pytest.mark.slow
 def test_noise_that_remembers_does_not_look_like_certainty():
     """Oracle: estimates of many logs scatter as the intervals say, though samples are far from independent."""
     log = cycling_log(77, 16, PURE)
@@ -882,6 +883,7 @@ def test_what_a_log_of_few_uneven_cycles_cannot_resolve_is_not_told_and_nothing_
     assert found.motion["low"] == pytest.approx(-2.0, abs=0.05) and found.motion["unit"] == "bar"
 
 
+@pytest.mark.slow
 def test_the_motion_designed_for_drift_tells(poor):
     """Closed loop: the log made by the motion is accepted with all its cycles; same rig, unchanged; worn, drifted."""
     model, _ = poor
@@ -941,6 +943,7 @@ def test_an_error_that_grew_counts_though_no_part_alone_does(new):
     )
 
 
+@pytest.mark.slow
 def test_an_accepted_model_is_as_good_as_one_identified_from_all_of_the_new_logs(new):
     model, log = new
     wear = {**PURE, "hysteresis": 0.8, "gain": 1.05}

@@ -84,6 +84,7 @@ def test_each_part_is_one_line_of_a_narrow_terminal_without_powers_of_ten(run, f
     assert not re.search(r"\de\+0\d", out)
 
 
+@pytest.mark.slow
 def test_cannot_tell_ends_with_status_4_and_the_motion_that_it_asks_for_tells(run, folder):
     """Closed loop: what is printed is typed, the rig moved so, and the log is accepted."""
     status, out, _ = run(
@@ -206,6 +207,7 @@ def test_nothing_that_exists_is_overwritten(run, folder, name):
         assert (folder / name).read_bytes() == before
 
 
+@pytest.mark.slow
 def test_the_page_begins_with_the_error_over_the_cycles_and_runs_nothing(run, folder):
     page = folder / "drift.html"
     status, _, _ = run(
@@ -228,6 +230,7 @@ def test_names_of_logs_are_text_on_the_page(run, folder):
     assert "<b>" not in text and "&lt;b&gt;log.csv" in text
 
 
+@pytest.mark.slow
 def test_a_direct_inverse_is_compared_in_units_of_the_input(run, folder):
     log = dehyst.read_log(folder / "new.csv", "pressure", "angle")
     dehyst.identify(log, "direct-inverse", creep=0).model.save(folder / "direct.json")

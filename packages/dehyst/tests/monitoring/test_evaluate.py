@@ -276,6 +276,7 @@ def of_known_past(seed, past, low=None):
     return model, dehyst.Recording(input=x, output=y, **names)
 
 
+@pytest.mark.spread(7)
 @pytest.mark.parametrize("past", STROKES)
 @pytest.mark.parametrize("seed", range(8))
 def test_an_unknown_past_is_not_blamed_on_the_sensor(past, seed):
@@ -288,6 +289,7 @@ def test_an_unknown_past_is_not_blamed_on_the_sensor(past, seed):
         assert abs(dehyst.evaluate(model, record, start=past)["pi"].bias_percent) < 1e-6
 
 
+@pytest.mark.spread(3)
 @pytest.mark.parametrize("seed", range(8))
 def test_a_shifted_zero_is_said_where_no_past_can_explain_it(seed):
     model, record = of_known_past(seed, "rising")

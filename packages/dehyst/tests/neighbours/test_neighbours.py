@@ -22,7 +22,7 @@ U = 3 * np.sin(T) * np.linspace(1, 0.2, 200)
 MODELS = {
     "plays": lambda: dehyst.identify(REC, "pi").model,
     "map": lambda: dehyst.identify(REC, "modified-pi").model.inverse(),
-    "elements": lambda: dehyst.identify(REC).model,
+    "elements": lambda: dehyst.identify(REC, "play-sum").model,
     "dahl": lambda: example("dahl"),
     "lugre": lambda: example("lugre"),
 }
@@ -72,6 +72,7 @@ def test_the_regressor_predicts_what_the_model_simulates_and_is_cloned_and_searc
         regressor.predict(np.zeros((5, 2)))
 
 
+@pytest.mark.slow
 def test_a_benchmark_is_identified_and_scored_as_its_package_does():
     half = len(REC) // 2
     data = nonlinear_benchmarks.Input_output_data(

@@ -75,6 +75,8 @@ def test_of_logs_of_one_loop_or_less(tmp_path: Path, phase: float, fraction: flo
     check(dehyst.identify(dehyst.read_log(path, "x", "y"), n=20, train_fraction=fraction))
 
 
+@pytest.mark.slow
+@pytest.mark.spread(4)
 @pytest.mark.skipif(
     not (DATA / "tendon_sheath_joint" / "data.csv.gz").is_file(), reason="no measured logs"
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import Field, dataclass, fields
+from functools import cache
 from pathlib import Path
 from typing import Any, get_args, get_origin, get_type_hints
 
@@ -78,7 +79,7 @@ def command_words(
         raise ParameterError(
             f"the studio has no command '{command}'; it has {', '.join(COMMANDS)}."
         )
-    hints = get_type_hints(request)
+    hints = _hints(command)
     options: list[str] = []
     arguments: list[str] = []
     written: dict[str, Path] = {}
@@ -109,6 +110,11 @@ def command_words(
             f"`dehyst {command}` has no option '{next(iter(left)):.40}' that the studio can set."
         )
     return [command, *options, "--", *arguments], written
+
+
+@cache
+def _hints(command: str) -> dict[str, Any]:
+    return get_type_hints(COMMANDS[command])
 
 
 def _flag(entry: Field[Any]) -> str:
