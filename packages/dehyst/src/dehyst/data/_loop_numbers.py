@@ -227,12 +227,12 @@ class Loops(Plotted):
     @property
     def input_label(self) -> str:
         """Axis label of the input, ``name [unit]``."""
-        return _labelled(self.input_name, self.units["input"])
+        return labelled(self.input_name, self.units["input"])
 
     @property
     def output_label(self) -> str:
         """Axis label of the output, ``name [unit]``."""
-        return _labelled(self.output_name, self.units["output"])
+        return labelled(self.output_name, self.units["output"])
 
     @property
     def orientation(self) -> str:
@@ -307,7 +307,8 @@ class Loops(Plotted):
         }
 
 
-def _labelled(name: str, unit: str) -> str:
+def labelled(name: str, unit: str) -> str:
+    """Return ``name [unit]``, or the name alone."""
     if unit:
         return f"{name} [{unit}]"
     return name
