@@ -44,7 +44,14 @@ class LoopEstimate:
             return f"{self.value:.4g}{unit}"
         decimals = max(0, 1 - math.floor(math.log10(half)))
         if decimals > MOST_DECIMALS or abs(self.value) >= LARGE:
-            return f"{self.value:.3g} +- {half:.2g}{unit}"
+            digits = 3
+            if self.value:
+                digits = max(3, 2 + math.floor(math.log10(abs(self.value) / half)))
+            # Zeros at the end count: 0.004000 +- 0.000005.
+            number = f"{self.value:#.{digits}g}".rstrip(".")
+            if not self.value:
+                number = "0"
+            return f"{number} +- {half:.2g}{unit}"
         return f"{self.value:.{decimals}f} +- {half:.{decimals}f}{unit}"
 
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ import numpy as np
 from dehyst.arrays import Array, Mask
 from dehyst.data._closed_path import noise_of
 from dehyst.data._holds import Hold, holds_of
-from dehyst.data._loop_figures import CONFIDENCE, NORMAL
+from dehyst.data._loop_figures import CONFIDENCE, NORMAL, ROUNDING
 from dehyst.data._loop_numbers import LoopEstimate
 from dehyst.data._loops import turning_points
 from dehyst.data._policy import POLICY
@@ -29,6 +29,7 @@ FITTED = 3  # samples that make a line; fewer are shifted to the place along the
 TAIL = 0.02  # share of a hold whose mean is its begin, or its end
 STEP_END = 0.2  # share of a step whose mean is its reading
 STEPS = 60  # a stroke of more samples is no table of steps
+PERCENT = "%"  # of full scale
 ALIKE = 0.8  # holds of this share of the longest one are averaged with it
 
 Curves = Array  # (2, m): readings at the places, rising and falling; NaN where a direction is missing
@@ -41,6 +42,7 @@ class _Part(NamedTuple):
     quantity: Array
     reading: Array
     time: Array  # [s], or numbers of samples
+    signals: Mapping[str, Array]  # such as the temperature
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +131,9 @@ def sensor_data_sheet(
     - hysteresis: max over x, its ends left out, of |d(x) - u(x)|;
     - repeatability: max over x and direction of max_c - min_c, at least two cycles;
     - zero return: d_c(low) - u_c(low), the reading behind a cycle less that before it;
-    - creep: reading at the end of a hold less that at its begin, less slope times what the quantity moved meanwhile;
+    - creep: reading at the end of a hold less that at its begin, less what quantity and other signals moved it meanwhile;
+    - zero, and FS, with another signal of the recordings: slope of a line through y_c(low), and y_c(high) - y_c(low), of
+      the cycles beside the mean of the signal in each;
     - combined error: max over x of |u(x) - L(x)| and |d(x) - L(x)|; rms error: of all samples, less L.
 
     Parameters
@@ -212,7 +216,7 @@ class _Measured:
         self.line = self._line_of(line, middle)
 
     def _strokes(self) -> tuple[list[_Stroke], list[tuple[int, int]], list[tuple[_Part, Hold]]]:
-        """Full strokes, those that follow each other in pairs, and all holds."""
+        """Full strokes, the cycles as pairs of a rising and a falling one, and all holds."""
         bare: list[tuple[int, _Stroke]] = []
         longest = (0.0, 0.0, 0.0)
         for number, part in enumerate(self.parts):
@@ -230,20 +234,13 @@ class _Measured:
             least = POLICY.hold_time * self.duration
             holds.append(holds_of(part.quantity, part.time, least, POLICY.hold_band * self.span))
         strokes = []
-        pairs: list[tuple[int, int]] = []
-        paired = -1
-        for k, (number, stroke) in enumerate(bare):
-            strokes.append(
-                _Stroke(stroke.part, stroke.begin, stroke.end, stroke.rising, tuple(holds[number]))
-            )
-            if k == 0 or paired == k - 1:
-                continue
-            before = bare[k - 1]
-            # A stroke and the next one back make a cycle, if nothing lies between them.
-            if before[0] == number and before[1].end == stroke.begin + 1:
-                up, down = sorted((k - 1, k), key=lambda place: not bare[place][1].rising)
-                pairs.append((up, down))
-                paired = k
+        for number, stroke in bare:
+            own = tuple(holds[number])
+            strokes.append(_Stroke(stroke.part, stroke.begin, stroke.end, stroke.rising, own))
+        # A cycle rises first, as calibrations do; where none does, it falls first.
+        pairs = _paired(strokes, True)
+        if not pairs:
+            pairs = [(after, before) for before, after in _paired(strokes, False)]
         rests = []
         for part, part_holds in zip(self.parts, holds, strict=True):
             rests += [(part, hold) for hold in part_holds]
@@ -309,7 +306,8 @@ class _Measured:
             if "/" in divisor:
                 divisor = f"({divisor})"
             slope_unit = f"({reading})/{divisor}" if "/" in reading else f"{reading}/{divisor}"
-        units = {"reading": reading, "quantity": quantity, "slope": slope_unit, "percent": "% FS"}
+        units = {"reading": reading, "quantity": quantity, "slope": slope_unit, "percent": PERCENT}
+        self.effects = self._effects()
         creep, holds = self._creeps()
         figures = {
             "zero": self._figure(lambda curves: self._plain(_middle(curves)[0]), reading),
@@ -326,6 +324,7 @@ class _Measured:
             **creep,
             "combined": self._figure(self._combined),
             "rms": self._rms(),
+            **self.effects,
         }
         if self.line_name == "ideal":
             del figures["sensitivity"]
@@ -354,7 +353,7 @@ class _Measured:
         before = np.cumsum(self.rising) - 1, np.cumsum(~self.rising) - 1
         return int(before[0][pair[0]]), int(before[1][pair[1]])
 
-    def _figure(self, measure: Measure, unit: str = "% FS", per: float = 1.0) -> SheetFigure:
+    def _figure(self, measure: Measure, unit: str = PERCENT, per: float = 1.0) -> SheetFigure:
         """Measure the mean of the cycles, and each of them: their scatter makes the interval.
 
         A reading that errs by 1 makes the figure err by 1 / `per`.
@@ -363,10 +362,10 @@ class _Measured:
         each = np.array([measure(cycle)[0] for cycle in self.cycles])
         worst = int(np.argmax(np.abs(each)))
         error = math.sqrt(2.0) * self.noise / per
-        if unit == "% FS":
+        if unit == PERCENT:
             error *= 100.0 / self.full_scale
         estimate = _estimate(value, each, error, unit)
-        if unit != "% FS":
+        if unit != PERCENT:
             return SheetFigure(estimate, count=each.size)
         return SheetFigure(
             estimate,
@@ -407,7 +406,7 @@ class _Measured:
 
     def _hysteresis(self) -> SheetFigure:
         if not self.pairs:
-            return self._one_way("hysteresis is what both directions differ by")
+            return self._one_way()
         inner = slice(1, -1)
 
         def measure(curves: Curves) -> tuple[float, float, str]:
@@ -419,7 +418,10 @@ class _Measured:
 
     def _zero_return(self) -> SheetFigure:
         if not self.pairs:
-            return self._one_way("zero return is the reading behind a cycle less that before it")
+            return self._one_way()
+        up, down = self.pairs[0]
+        if up > down:
+            return _unknown("the cycles of this log begin at the upper end; log some from the lower one")
         return self._figure(
             lambda curves: (
                 float(self._percent(curves[1, :1] - curves[0, :1])[0]),
@@ -428,15 +430,16 @@ class _Measured:
             )
         )
 
-    def _one_way(self, reason: str) -> SheetFigure:
+    def _one_way(self) -> SheetFigure:
         """A figure that needs both directions, of a log that has one."""
-        way, other = "rising", "falling"
-        if not np.any(self.rising):
-            way, other = other, way
-        what = f"only {way} strokes"
-        if np.any(self.rising) and not np.all(self.rising):
-            what = "no rising and falling stroke next to each other"
-        return _unknown(f"{reason}, and this log has {what}: log both, one behind the other ({other} too)")
+        what = "no rising and falling stroke next to each other"
+        if np.all(self.rising):
+            what = "rising strokes only"
+        elif not np.any(self.rising):
+            what = "falling strokes only"
+        return _unknown(
+            f"this log has {what}; log strokes over the whole range in both directions, one behind the other"
+        )
 
     def _repeatability(self) -> SheetFigure:
         """Largest spread of strokes of one direction."""
@@ -450,9 +453,9 @@ class _Measured:
                 place = int(np.argmax(spread))
                 best = max(best, (float(spread[place]), row, place))
         if max(counts) < 2:
-            return _unknown("one cycle cannot be compared with another: log three or more")
+            return _unknown("this log has no two strokes of one direction; log three cycles or more")
         value, row, place = best
-        estimate = LoopEstimate(value, value, value, "% FS")
+        estimate = LoopEstimate(value, value, value, PERCENT)
         return SheetFigure(
             estimate,
             place=float(self.places[place]),
@@ -467,17 +470,14 @@ class _Measured:
             squares += float(left @ left)
             count += left.size
         value = math.sqrt(squares / count)
-        return SheetFigure(LoopEstimate(value, value, value, "% FS"), count=count)
+        return SheetFigure(LoopEstimate(value, value, value, PERCENT), count=count)
 
     def _creeps(self) -> tuple[dict[str, SheetFigure], Array]:
         """Creep at both ends, and the holds that it is measured on."""
         figures = {}
         drawn: list[tuple[float, float, float]] = []
         within = POLICY.creep_end * (self.high - self.low)
-        for name, end, word in (
-            ("creep_upper", self.high, "upper"),
-            ("creep_lower", self.low, "lower"),
-        ):
+        for name, end in (("creep_upper", self.high), ("creep_lower", self.low)):
             holds = [
                 (part, hold)
                 for part, hold in self.holds
@@ -487,9 +487,9 @@ class _Measured:
                 figures[name] = _unknown("the log has no time: creep is a change with time")
             elif not holds:
                 figures[name] = _unknown(
-                    f"no hold of {self._least:.3g} s or more within "
-                    f"{100 * POLICY.creep_end:g} % of the {word} end in this log: hold the quantity there "
-                    f"at rest, for 30 min to compare with data sheets"
+                    f"no hold of {self._least:.3g} s or more in this log, within "
+                    f"{100 * POLICY.creep_end:g} % of the range from that end; hold the quantity there at rest, for "
+                    f"30 min to compare with data sheets"
                 )
             else:
                 figures[name] = self._creep(holds, drawn)
@@ -509,23 +509,23 @@ class _Measured:
         longest = max(self._seconds(part, hold) for part, hold in holds)
         holds = [pair for pair in holds if self._seconds(*pair) >= ALIKE * longest]
         seconds = min(self._seconds(part, hold) for part, hold in holds)
-        slope = self.output / (self.high - self.low)
         each, levels, errors = [], [], []
         for part, hold in holds:
             last = part.time[hold.begin] + seconds
             end = hold.begin + int(np.searchsorted(part.time[hold.begin : hold.end], last, "right"))
             size = max(1, round(TAIL * (end - hold.begin)))
-            # A quantity that is not quite at rest moves the reading too.
-            still = self._percent(part.reading - slope * part.quantity)
-            first = float(np.mean(still[hold.begin : hold.begin + size]))
-            final = float(np.mean(still[end - size : end]))
-            each.append(final - first)
+            # A quantity that is not quite at rest moves the reading too, and so does the temperature.
+            still = self._at_rest(part)
+            each.append(float(np.mean(still[end - size : end]) - np.mean(still[hold.begin : hold.begin + size])))
             levels.append(hold.level)
             errors.append(100.0 * self.noise / self.full_scale * math.sqrt(2.0 / size))
-            shift = float(self._percent(np.array(self.line.at(np.array(hold.level)) - slope * hold.level)))
-            drawn.append((hold.level, first - shift, final - shift))
+            begin = part.reading[hold.begin : hold.begin + size] - self.line.at(
+                part.quantity[hold.begin : hold.begin + size]
+            )
+            first = float(np.mean(self._percent(begin)))
+            drawn.append((hold.level, first, first + each[-1]))
         values = np.array(each)
-        estimate = _estimate(float(np.mean(values)), values, max(errors), "% FS")
+        estimate = _estimate(float(np.mean(values)), values, max(errors), PERCENT)
         worst = int(np.argmax(np.abs(values)))
         return SheetFigure(
             estimate,
@@ -534,6 +534,34 @@ class _Measured:
             seconds=seconds,
             count=values.size,
         )
+
+    def _effects(self) -> dict[str, SheetFigure]:
+        """What another signal does to zero and full-scale output: slopes of lines through the cycles."""
+        effects = {}
+        middle = np.array([self._percent(_middle(curves)) for curves in self.cycles])
+        pairs = self.pairs or [(k,) for k in range(len(self.strokes))]
+        for name, unit in self.records[0].schedule_units.items():
+            means = []
+            for pair in pairs:
+                strokes = [self.strokes[k] for k in pair]
+                values = [stroke.part.signals[name][stroke.begin : stroke.end] for stroke in strokes]
+                means.append(float(np.mean(np.concatenate(values))))
+            along = np.array(means)
+            unit = f"%/{unit or 'unit'}"
+            effects[f"zero with {name}"] = _slope_along(along, middle[:, 0], unit, name)
+            output = middle[:, -1] - middle[:, 0]
+            effects[f"output with {name}"] = _slope_along(along, output, unit, name)
+        return effects
+
+    def _at_rest(self, part: _Part) -> Array:
+        """Reading less what the quantity and other signals move it, (T,): what creeps is left. [%]"""
+        share = (part.quantity - self.low) / (self.high - self.low)
+        left = self._percent(part.reading - self.output * share)
+        for name, values in part.signals.items():
+            zero, output = self.effects[f"zero with {name}"], self.effects[f"output with {name}"]
+            if not zero.why:
+                left = left - (zero.value.value + output.value.value * share) * values
+        return np.asarray(left)
 
     def _notes(self) -> tuple[str, ...]:
         notes = []
@@ -549,7 +577,7 @@ class _Measured:
         without = self._spread_of(slice(1, None))
         if len(cycles) >= 3 and without <= POLICY.first_cycle * whole:
             notes.append(
-                f"without the first cycle the repeatability is {without:.2g} % FS: the first one is that of a sensor that "
+                f"without the first cycle the repeatability is {without:.2g} %: the first one is that of a sensor that "
                 f"has rested. Standards load it to the end three times before they measure; leave that out with --from"
             )
         return tuple(notes)
@@ -561,6 +589,17 @@ class _Measured:
             if len(strokes) >= 2:
                 spreads.append(float(np.max(np.ptp(self._percent(strokes), axis=0))))
         return max(spreads)
+
+
+def _paired(strokes: Sequence[_Stroke], rising: bool) -> list[tuple[int, int]]:
+    """Numbers of strokes of which the first one rises, or falls, and the second one leads back at once."""
+    pairs = []
+    for k in range(1, len(strokes)):
+        before, after = strokes[k - 1], strokes[k]
+        back = before.part is after.part and before.end == after.begin + 1
+        if back and before.rising == rising and after.rising != rising:
+            pairs.append((k - 1, k))
+    return pairs
 
 
 def _parts(records: Sequence[Recording]) -> list[_Part]:
@@ -576,7 +615,8 @@ def _parts(records: Sequence[Recording]) -> list[_Part]:
             time = rows.astype(np.float64)
             if record.time is not None:
                 time = record.time[rows]
-            parts.append(_Part(record.output[rows], record.input[rows], time))
+            signals = {name: values[rows] for name, values in record.schedules.items()}
+            parts.append(_Part(record.output[rows], record.input[rows], time, signals))
     return parts
 
 
@@ -609,6 +649,9 @@ def _middle(curves: Curves) -> Array:
 
 def _estimate(value: float, each: Array, error: float, unit: str) -> LoopEstimate:
     """A figure with its interval: that of the scatter of single ones, and no less than the noise makes."""
+    # Curves that are equal but for rounding differ by nothing.
+    if unit == PERCENT and abs(value) < 100.0 * ROUNDING:
+        value = 0.0
     reach = quantile(CONFIDENCE, NORMAL) * error / math.sqrt(each.size)
     if each.size >= POLICY.fewest_scatter:
         scatter = float(np.std(each, ddof=1)) / math.sqrt(each.size)
@@ -616,8 +659,24 @@ def _estimate(value: float, each: Array, error: float, unit: str) -> LoopEstimat
     return LoopEstimate(value, value - reach, value + reach, unit)
 
 
+def _slope_along(signal: Array, each: Array, unit: str, name: str) -> SheetFigure:
+    """Slope of a line through a number of each cycle beside its mean signal, with the interval of their scatter."""
+    count = each.size
+    centred = signal - np.mean(signal)
+    spread = float(centred @ centred)
+    if count < POLICY.fewest_scatter or not spread > 0.0:
+        return _unknown(
+            f"this log has {count} cycles, or {name} is the same in all; log {POLICY.fewest_scatter} or more at several values"
+        )
+    slope = float(centred @ each) / spread
+    left = each - np.mean(each) - slope * centred
+    reach = quantile(CONFIDENCE, count - 2) * math.sqrt(float(left @ left) / (count - 2) / spread)
+    estimate = LoopEstimate(slope, slope - reach, slope + reach, unit)
+    return SheetFigure(estimate, count=count)
+
+
 def _unknown(why: str) -> SheetFigure:
-    return SheetFigure(LoopEstimate(math.nan, math.nan, math.nan, "% FS"), why=why)
+    return SheetFigure(LoopEstimate(math.nan, math.nan, math.nan, PERCENT), why=why)
 
 
 def _still(name: str, role: str, cure: str) -> ExcitationError:

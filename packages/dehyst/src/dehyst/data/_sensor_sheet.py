@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.data._loop_numbers import LoopEstimate, labelled
 from dehyst.data._plotted import Plotted
+from dehyst.data._policy import POLICY
 from dehyst.data._straight_lines import Line
 
 # Names of the lines that deviations are measured from, and what they are.
@@ -23,41 +24,22 @@ LINES = {
 }
 
 
-class FigureName(NamedTuple):
-    """What a figure is called, and how it is measured; a figure without a unit of its own is % FS."""
-
-    label: str
-    how: str
-    unit: str = "percent"
-
-
-FIGURES = {
-    "zero": FigureName("reading at the lower end", "mean of both directions", "reading"),
-    "output": FigureName(
-        "full-scale output (FS)", "reading at the upper end less that at the lower one", "reading"
-    ),
-    "sensitivity": FigureName("sensitivity", "slope of the {line} line", "slope"),
-    "terminal": FigureName(
-        "non-linearity, terminal line", "largest deviation of the mean of both directions"
-    ),
-    "best": FigureName("non-linearity, best line", "the same from the line where it is least"),
-    "through_zero": FigureName(
-        "non-linearity, zero-based line", "the same from such a line through the lower end"
-    ),
-    "hysteresis": FigureName(
-        "hysteresis", "largest difference of both directions at one quantity, inside the range"
-    ),
-    "repeatability": FigureName(
-        "repeatability", "largest spread of the cycles at one quantity, in one direction"
-    ),
-    "zero_return": FigureName("zero return", "reading behind a cycle less that before it"),
-    "creep_upper": FigureName("creep at the upper end", "end of a hold less its begin"),
-    "creep_lower": FigureName("creep at the lower end", "end of a hold less its begin"),
-    "combined": FigureName(
-        "combined error", "largest deviation from the {line} line, both directions"
-    ),
-    "rms": FigureName("rms error", "root mean square from the {line} line, all samples"),
+LABELS = {
+    "zero": "reading at the lower end",
+    "output": "full-scale output, FS",
+    "sensitivity": "sensitivity",
+    "terminal": "non-linearity, terminal",
+    "best": "non-linearity, best",
+    "through_zero": "non-linearity, zero-based",
+    "hysteresis": "hysteresis",
+    "repeatability": "repeatability",
+    "zero_return": "zero return",
+    "creep_upper": "creep at the upper end",
+    "creep_lower": "creep at the lower end",
+    "combined": "combined error",
+    "rms": "rms error",
 }
+SHORT = {"zero": "zero", "output": "FS"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +88,8 @@ class DataSheet(Plotted):
     ----------
     figures
         Name -> figure: "zero", "output", "sensitivity", "terminal", "best", "through_zero", "hysteresis",
-        "repeatability", "zero_return", "creep_upper", "creep_lower", "combined", "rms".
+        "repeatability", "zero_return", "creep_upper", "creep_lower", "combined", "rms", and for every signal of the
+        recordings "zero with NAME" and "output with NAME".
     line_name, line
         Which straight line sensitivity, combined error and rms are measured from, and its slope [reading/quantity] and
         level [reading].
@@ -168,13 +151,22 @@ class DataSheet(Plotted):
         return np.asarray(100.0 * (curves - self.line.at(self.places)) / self.full_scale)
 
     @property
+    def caption(self) -> str:
+        """How many strokes the figures are of, and how they were read."""
+        rising, falling = len(self.rising), len(self.falling)
+        words = f"{rising} rising and {falling} falling strokes, {len(self.cycles)} cycles"
+        if self.stepped:
+            words += f", read at the end of {len(self.places)} steps"
+        return words
+
+    @property
     def words(self) -> str:
-        """Non-linearity, hysteresis, repeatability and combined error in one line."""
+        """Non-linearity, hysteresis, repeatability and combined error in one line, percent of full scale."""
         parts = []
         for name in ("terminal", "best", "hysteresis", "repeatability", "combined"):
             figure = self.figures[name]
             if not figure.why:
-                parts.append(f"{FIGURES[name].label.replace(', ', ' from ')} {figure.value}")
+                parts.append(f"{label_of(name)} {figure.value}")
         return "; ".join(parts)
 
     @property
@@ -183,12 +175,36 @@ class DataSheet(Plotted):
         rows = []
         for name, figure in self.figures.items():
             if figure.why:
-                rows.append((FIGURES[name].label, "unknown", "", figure.why))
-                continue
-            rows.append(
-                (FIGURES[name].label, str(figure.value), self._worst(figure), self.where(name))
-            )
+                rows.append((label_of(name), "unknown", "", ""))
+            else:
+                rows.append(
+                    (label_of(name), str(figure.value), self._worst(figure), self._where(figure))
+                )
         return rows
+
+    @property
+    def basis(self) -> str:
+        """What the figures refer to, and what their intervals are made of."""
+        unit = self.units["quantity"]
+        span = f"{self.low:.4g} to {with_its_unit(self.high, unit)}"
+        full_scale = with_its_unit(self.full_scale, self.units["reading"])
+        count = self.figures["output"].count
+        intervals = "the noise of the samples"
+        if count >= POLICY.fewest_scatter:
+            intervals = f"the scatter of {count} cycles"
+        return (
+            f"100 % are the full scale, {full_scale} over {span}; errors from the {self.line_name} line, {LINES[self.line_name]}; "
+            f"intervals of 95 %: {intervals}"
+        )
+
+    @property
+    def lacking(self) -> list[str]:
+        """What could not be measured, and what to log, in sentences."""
+        labels: dict[str, list[str]] = {}
+        for name, figure in self.figures.items():
+            if figure.why:
+                labels.setdefault(figure.why, []).append(label_of(name))
+        return [f"{', '.join(names)}: {why}" for why, names in labels.items()]
 
     def _worst(self, figure: SheetFigure) -> str:
         if not math.isfinite(figure.worst):
@@ -198,17 +214,16 @@ class DataSheet(Plotted):
             words += f" ({figure.cycle})"
         return words
 
-    def where(self, name: str) -> str:
-        """How a figure is measured, and where."""
-        figure = self.figures[name]
-        parts = [FIGURES[name].how.format(line=self.line_name)]
+    def _where(self, figure: SheetFigure) -> str:
+        """Where a figure is measured."""
+        parts = []
         if math.isfinite(figure.seconds):
             parts.append(f"in {figure.seconds:.4g} s")
         if math.isfinite(figure.place):
             parts.append(f"at {with_its_unit(figure.place, self.units['quantity'])}")
         if figure.direction:
             parts.append(figure.direction)
-        return ", ".join(parts)
+        return " ".join(parts)
 
     def as_dict(self) -> dict[str, Any]:
         """Return all figures as plain values, the content of ``dehyst sensor --json``."""
@@ -231,6 +246,14 @@ class DataSheet(Plotted):
             },
             "notes": list(self.notes),
         }
+
+
+def label_of(name: str) -> str:
+    """What a figure is called; those of another signal have its name."""
+    figure, _, signal = name.partition(" with ")
+    if signal:
+        return f"{SHORT[figure]} with {signal}"
+    return LABELS[name]
 
 
 def with_its_unit(value: float, unit: str) -> str:
