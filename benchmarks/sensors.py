@@ -4,8 +4,8 @@ python benchmarks/sensors.py               # the table of docs/decisions/0068; s
 python benchmarks/sensors.py --json
 python benchmarks/sensors.py --quick       # two sensors
 
-Each sensor is logged as in a calibration: five cycles of two speeds over the whole range, with holds. It is tested on a log of use that
-no model saw: random partial strokes and holds. Two ways lead from the reading to the quantity:
+Each sensor is logged as in a calibration: five cycles of two speeds over the whole range, with holds. It is tested on
+five logs of use that no model saw: random partial strokes and holds. Two ways lead from the reading to the quantity:
 
 forward    identify(reading -> quantity), the model itself
 inverse    identify(quantity -> reading), the inverse of the model
@@ -99,7 +99,7 @@ def moves_of(q: Array) -> Array:
 
 
 def load_cell(log: Log) -> Array:
-    """Strain gauges: creep that goes on with the logarithm of time, a narrow loop of relays, a cubic, temperature of zero and span. [mV/V]"""
+    """Strain gauges: creep by the logarithm of time, a narrow loop of relays, a cubic, temperature. [mV/V]"""
     q, warm = log.quantity, log.temperature - 25.0
     clock = STEP * np.arange(q.size)
     creep = after(moves_of(q), 0.0004 * np.log1p(clock / 0.5))
@@ -130,7 +130,7 @@ def torque(log: Log) -> Array:
 
 
 def thermistor(log: Log) -> Array:
-    """Falls with the exponential of the quantity, behind a skin that is 2 s late; a little hysteresis of its glass. [kOhm]"""
+    """Falls with the exponential of the quantity, behind a skin that is 2 s late; its glass has a loop. [kOhm]"""
     q = log.quantity
     late = np.empty(q.size)
     state = q[0]
@@ -172,7 +172,11 @@ def logged(name: str, log: Log, seed: int) -> tuple[Array, Array, dict[str, Arra
     """Reading with its noise, quantity and signals of a log."""
     sensor = SENSORS[name]
     reading = sensor.read(log)
-    noise = sensor.noise * float(np.ptp(reading)) * np.random.default_rng(seed).normal(size=reading.size)
+    noise = (
+        sensor.noise
+        * float(np.ptp(reading))
+        * np.random.default_rng(seed).normal(size=reading.size)
+    )
     signals = {}
     if sensor.warm:
         signals["temperature"] = log.temperature
@@ -226,7 +230,9 @@ def rms(error: Array) -> float:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--quick", action="store_true")
     options = parser.parse_args()

@@ -3,7 +3,7 @@
     python examples/load_cell.py calibration.csv       # twelve cycles with holds; the room warms up and cools down
     python examples/load_cell.py use.csv --use         # random loads, as in use
 
-The span and the zero of the cell go with temperature, it creeps with the logarithm of time, has a narrow loop, and bends like a cubic.
+Its span and zero go with temperature. It creeps with the logarithm of time, has a narrow loop, and bends like a cubic.
 """
 
 import argparse
@@ -87,7 +87,9 @@ def main():
         options.log, table, delimiter=",", comments="", fmt="%.7g",
         header="time_s,force_N,bridge [mV/V],body_degC",
     )  # fmt: skip
-    print(f"{options.log}: {x.size} samples, 0 to {CAPACITY:g} N at {temperature.min():.0f} to {temperature.max():.0f} degC")
+    print(
+        f"{options.log}: {x.size} samples, 0 to {CAPACITY:g} N, {temperature.min():.0f} to {temperature.max():.0f} degC"
+    )
 
 
 if __name__ == "__main__":

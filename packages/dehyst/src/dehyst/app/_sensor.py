@@ -92,8 +92,8 @@ def _named(request: SensorRequest, model: Model | None) -> SensorRequest:
         "sensor", request.logs[0], reading=reading or "COLUMN", quantity=quantity or "COLUMN"
     )
     raise ColumnError(
-        f"nothing in {request.logs[0].name} tells the reading of the sensor from the true quantity: the same force may be "
-        f"either. Name both: {line}",
+        f"nothing in {request.logs[0].name} tells the reading of the sensor from the true quantity: the same force may "
+        f"be either. Name both: {line}",
         columns=tuple(column.name for column in summary.columns),
     )
 

@@ -10,6 +10,8 @@ import numpy.typing as npt
 from dehyst.arrays import Array
 from dehyst.data._policy import POLICY
 
+SLACK = 1e-9  # what lies just at a limit is within it, however it is rounded
+ARRIVED = 0.05  # of the band: so near its level a signal has arrived at it
 MIDDLE_HALF = (25.0, 75.0)  # percentiles between which half of the samples lie
 
 
@@ -44,24 +46,30 @@ def holds_of(values: Array, time: Array, least: float, band: float) -> list[Hold
     """
     if values.size < POLICY.least_rest:
         return []
-    stop = np.searchsorted(time, time + least, side="right")
-    inside = time + least <= time[-1]
+    # From each sample to the first one that is so much later.
+    stop = np.searchsorted(time, time + (1.0 - SLACK) * least, side="left") + 1
+    inside = stop <= values.size
+    stop = np.minimum(stop, values.size)
     # In a log of changes no sample may lie in such a stretch: nothing is known of it.
     quiet = inside & (stop - np.arange(values.size) >= POLICY.least_rest)
-    quiet &= _swings(values, stop) <= band
-    covered = np.zeros(values.size + 1, dtype=np.int64)
+    quiet &= _swings(values, stop) <= (1.0 + SLACK) * band
+    # Links between a sample and the next one that lie in such a stretch: one level jumps to the next in a single link.
+    covered = np.zeros(values.size, dtype=np.int64)
     np.add.at(covered, np.flatnonzero(quiet), 1)
-    np.add.at(covered, stop[quiet], -1)
-    at_rest = np.cumsum(covered[:-1]) > 0
-    edges = np.flatnonzero(np.diff(at_rest.astype(np.int64), prepend=0, append=0))
+    np.add.at(covered, stop[quiet] - 1, -1)
+    linked = np.cumsum(covered)[:-1] > 0
+    edges = np.flatnonzero(np.diff(linked.astype(np.int64), prepend=0, append=0))
     holds = []
-    for begin, end in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-        stretch = values[begin:end]
-        lower, level, upper = np.percentile(stretch, [MIDDLE_HALF[0], 50.0, MIDDLE_HALF[1]]).tolist()
+    for begin, last_link in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        stretch = values[begin : last_link + 1]
+        lower, level, upper = np.percentile(
+            stretch, [MIDDLE_HALF[0], 50.0, MIDDLE_HALF[1]]
+        ).tolist()
         if upper - lower > POLICY.hold_flat * band:
             continue
         # The last piece of the way to the level lies within the band, and is no rest.
-        near = np.flatnonzero(np.abs(stretch - level) <= max(POLICY.hold_flat * band, upper - lower))
+        reach = (1.0 + SLACK) * max(ARRIVED * band, upper - lower)
+        near = np.flatnonzero(np.abs(stretch - level) <= reach)
         first, last = int(near[0]), int(near[-1]) + 1
         holds.append(Hold(begin + first, begin + last, level))
     return holds

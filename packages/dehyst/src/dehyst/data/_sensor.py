@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from dehyst.arrays import Array, Mask
 from dehyst.data._closed_path import noise_of
-from dehyst.data._holds import Hold, holds_of
+from dehyst.data._holds import SLACK, Hold, holds_of
 from dehyst.data._loop_figures import CONFIDENCE, NORMAL, ROUNDING
 from dehyst.data._loop_numbers import LoopEstimate
 from dehyst.data._loops import turning_points
@@ -32,7 +34,9 @@ STEPS = 60  # a stroke of more samples is no table of steps
 PERCENT = "%"  # of full scale
 ALIKE = 0.8  # holds of this share of the longest one are averaged with it
 
-Curves = Array  # (2, m): readings at the places, rising and falling; NaN where a direction is missing
+Curves = (
+    Array  # (2, m): readings at the places, rising and falling; NaN where a direction is missing
+)
 Measure = Callable[[Curves], tuple[float, float, str]]  # value, place and direction
 
 
@@ -43,6 +47,25 @@ class _Part(NamedTuple):
     reading: Array
     time: Array  # [s], or numbers of samples
     signals: Mapping[str, Array]  # such as the temperature
+
+
+@dataclass(frozen=True)
+class _Slope:
+    """A slope with its standard error."""
+
+    value: float
+    error: float
+
+    def __sub__(self, other: _Slope) -> _Slope:
+        return _Slope(self.value - other.value, math.hypot(self.error, other.error))
+
+
+class _Samples(NamedTuple):
+    """A stroke as it is read, sorted by the quantity, (n,) each."""
+
+    quantity: Array
+    reading: Array
+    places: npt.NDArray[np.int64]  # in its part
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,50 +94,58 @@ class _Stroke:
         time = self.part.time[self.begin : self.end]
         return float(time[within[-1]] - time[within[0]]) / 0.8
 
-    def samples(self, stepped: bool, near: float) -> tuple[Array, Array]:
-        """Quantity and reading along it, (n,) each, sorted by the quantity: at the ends of its steps if it has some."""
-        quantity, reading = self._steps() if stepped else self._moving(near)
-        order = np.argsort(quantity, kind="stable")
-        return quantity[order], reading[order]
+    def samples(self, stepped: bool, near: float) -> _Samples:
+        """Quantity and reading along it, sorted by the quantity: at the ends of its steps if it has some."""
+        if stepped:
+            points = self._steps(0.5 * near)
+            quantity = [float(np.mean(self.part.quantity[point])) for point in points]
+            reading = [float(np.mean(self.part.reading[point])) for point in points]
+            unsorted = _Samples(
+                np.array(quantity),
+                np.array(reading),
+                np.array([point.stop - 1 for point in points]),
+            )
+        else:
+            places = self._moving(near)
+            unsorted = _Samples(self.part.quantity[places], self.part.reading[places], places)
+        order = np.argsort(unsorted.quantity, kind="stable")
+        return _Samples(unsorted.quantity[order], unsorted.reading[order], unsorted.places[order])
 
-    def _moving(self, near: float) -> tuple[Array, Array]:
-        """All samples from the end of the rest at its begin to the begin of the rest at its end: there readings creep."""
+    def _moving(self, near: float) -> npt.NDArray[np.int64]:
+        """All samples between the rests at its ends, in which readings creep."""
         begin, end = self.begin, self.end
         first, last = self.part.quantity[[begin, end - 1]].tolist()
-        for hold in self.holds:
-            if not (hold.begin < self.end and hold.end > self.begin):
-                continue
+        for hold in self._overlapping:
             if abs(hold.level - first) <= near:
                 begin = max(begin, hold.end - 1)
             elif abs(hold.level - last) <= near:
                 end = min(end, hold.begin + 1)
-        return self.part.quantity[begin:end], self.part.reading[begin:end]
+        return np.arange(begin, end)
 
-    def _steps(self) -> tuple[Array, Array]:
-        """Levels of its steps, and the readings when they end."""
-        inner = self.inner_holds
-        usual = int(np.median([hold.end - hold.begin for hold in inner]))
+    def _steps(self, near: float) -> list[slice]:
+        """Ends of its steps, where they are read."""
+        usual = int(np.median([hold.end - hold.begin for hold in self.inner_holds]))
         points = []
-        ends = {"begin": self.begin, "end": self.end - 1}
-        for hold in self.holds:
-            if not (hold.begin < self.end and hold.end > self.begin):
-                continue
+        ends = {self.begin, self.end - 1}
+        first, final = self.part.quantity[[self.begin, self.end - 1]].tolist()
+        for hold in self._overlapping:
             last = hold.end
-            if hold.begin <= self.begin < hold.end:
-                del ends["begin"]
-            elif hold.begin < self.end <= hold.end:
+            if abs(hold.level - first) <= near:
+                ends.discard(self.begin)
+            elif abs(hold.level - final) <= near:
                 # At the far end the sensor may be held for long to see its creep, which is no part of the curve.
                 last = min(hold.end, hold.begin + usual)
-                del ends["end"]
+                ends.discard(self.end - 1)
             size = max(1, round(STEP_END * min(usual, last - hold.begin)))
-            points.append(self._mean(slice(last - size, last)))
-        for place in ends.values():
-            points.append(self._mean(slice(place, place + 1)))
-        quantity, reading = np.array(points).T
-        return quantity, reading
+            points.append(slice(last - size, last))
+        # Where it does not rest at an end, the turn itself is read.
+        for place in sorted(ends):
+            points.append(slice(place, place + 1))
+        return points
 
-    def _mean(self, part: slice) -> tuple[float, float]:
-        return float(np.mean(self.part.quantity[part])), float(np.mean(self.part.reading[part]))
+    @property
+    def _overlapping(self) -> list[Hold]:
+        return [hold for hold in self.holds if hold.begin < self.end and hold.end > self.begin]
 
 
 def sensor_data_sheet(
@@ -131,9 +162,9 @@ def sensor_data_sheet(
     - hysteresis: max over x, its ends left out, of |d(x) - u(x)|;
     - repeatability: max over x and direction of max_c - min_c, at least two cycles;
     - zero return: d_c(low) - u_c(low), the reading behind a cycle less that before it;
-    - creep: reading at the end of a hold less that at its begin, less what quantity and other signals moved it meanwhile;
-    - zero, and FS, with another signal of the recordings: slope of a line through y_c(low), and y_c(high) - y_c(low), of
-      the cycles beside the mean of the signal in each;
+    - creep: reading at the end of a hold less that at its begin, less what quantity and other signals moved it by;
+    - zero, and FS, with another signal of the recordings: slope of a line through y_c(low) of the cycles beside the
+      signal there, and that of y_c(high) less it;
     - combined error: max over x of |u(x) - L(x)| and |d(x) - L(x)|; rms error: of all samples, less L.
 
     Parameters
@@ -193,13 +224,17 @@ class _Measured:
         self.strokes, self.pairs, self.holds = self._strokes()
         rests = [len(stroke.inner_holds) for stroke in self.strokes]
         self.stepped = float(np.median(rests)) >= POLICY.fewest_steps
-        samples = [stroke.samples(self.stepped, 2.0 * POLICY.hold_band * self.span) for stroke in self.strokes]
-        self.low = max(float(quantity[0]) for quantity, _ in samples)
-        self.high = min(float(quantity[-1]) for quantity, _ in samples)
-        self.places = self._places([quantity for quantity, _ in samples])
-        rough = [(reading[-1] - reading[0]) / (quantity[-1] - quantity[0]) for quantity, reading in samples]
-        slope = float(np.mean(rough))
-        self.curves = np.array([_read(*pair, self.places, REACH * self.span, slope) for pair in samples])
+        near = 2.0 * POLICY.hold_band * self.span
+        self.samples = [stroke.samples(self.stepped, near) for stroke in self.strokes]
+        self.low = max(float(samples.quantity[0]) for samples in self.samples)
+        self.high = min(float(samples.quantity[-1]) for samples in self.samples)
+        self.places = self._places([samples.quantity for samples in self.samples])
+        ways = [np.ptp(samples.quantity) for samples in self.samples]
+        rises = [samples.reading[-1] - samples.reading[0] for samples in self.samples]
+        slope = float(np.mean(np.array(rises) / np.array(ways)))
+        reach = (1.0 + SLACK) * REACH * self.span
+        curves = [_read(samples, self.places, reach, slope) for samples in self.samples]
+        self.curves = np.array(curves)
         self.rising = np.array([stroke.rising for stroke in self.strokes])
         self.mean = self._mean_curves()
         middle = _middle(self.mean)
@@ -208,8 +243,8 @@ class _Measured:
             raise ExcitationError(
                 f"the reading '{records[0].input_name}' is {middle[0]:.4g} at the lower end of the quantity and "
                 f"{middle[-1]:.4g} at the upper one, of its range {lowest:.4g} to {highest:.4g}: without a full-scale "
-                f"output there is nothing that figures could be percent of. Cut the log to a range over which the reading "
-                f"rises or falls, or name other columns: --reading COLUMN --quantity COLUMN.",
+                f"output there is nothing that figures could be percent of. Cut the log to a range over which the "
+                f"reading rises or falls, or name other columns: --reading COLUMN --quantity COLUMN.",
                 output=self.output,
             )
         self.full_scale = abs(self.output)
@@ -221,7 +256,7 @@ class _Measured:
         longest = (0.0, 0.0, 0.0)
         for number, part in enumerate(self.parts):
             turns = turning_points(part.quantity, POLICY.turn_fraction * self.span).tolist()
-            for first, last in zip(turns[:-1], turns[1:], strict=True):
+            for first, last in itertools.pairwise(turns):
                 a, b = float(part.quantity[first]), float(part.quantity[last])
                 longest = max(longest, (abs(b - a), a, b))
                 if abs(b - a) >= POLICY.full_stroke * self.span:
@@ -253,8 +288,8 @@ class _Measured:
             f"no stroke of the quantity '{record.output_name}' goes over its range, "
             f"{with_its_unit(self.low, unit)} to {with_its_unit(self.high, unit)}: the longest one goes from "
             f"{with_its_unit(begin, unit)} to {with_its_unit(end, unit)}, {100.0 * way / self.span:.0f} % of it. "
-            f"Figures of a data sheet are those of strokes over at least {100 * POLICY.full_stroke:g} %. Log the sensor "
-            f"from its lowest quantity to its highest and back, three times or more.",
+            f"Figures of a data sheet are those of strokes over at least {100 * POLICY.full_stroke:g} %. Log the "
+            f"sensor from its lowest quantity to its highest and back, three times or more.",
             share=way / self.span,
         )
 
@@ -421,7 +456,9 @@ class _Measured:
             return self._one_way()
         up, down = self.pairs[0]
         if up > down:
-            return _unknown("the cycles of this log begin at the upper end; log some from the lower one")
+            return _unknown(
+                "the cycles of this log begin at the upper end; log some from the lower one"
+            )
         return self._figure(
             lambda curves: (
                 float(self._percent(curves[1, :1] - curves[0, :1])[0]),
@@ -453,7 +490,9 @@ class _Measured:
                 place = int(np.argmax(spread))
                 best = max(best, (float(spread[place]), row, place))
         if max(counts) < 2:
-            return _unknown("this log has no two strokes of one direction; log three cycles or more")
+            return _unknown(
+                "this log has no two strokes of one direction; log three cycles or more"
+            )
         value, row, place = best
         estimate = LoopEstimate(value, value, value, PERCENT)
         return SheetFigure(
@@ -516,7 +555,12 @@ class _Measured:
             size = max(1, round(TAIL * (end - hold.begin)))
             # A quantity that is not quite at rest moves the reading too, and so does the temperature.
             still = self._at_rest(part)
-            each.append(float(np.mean(still[end - size : end]) - np.mean(still[hold.begin : hold.begin + size])))
+            each.append(
+                float(
+                    np.mean(still[end - size : end])
+                    - np.mean(still[hold.begin : hold.begin + size])
+                )
+            )
             levels.append(hold.level)
             errors.append(100.0 * self.noise / self.full_scale * math.sqrt(2.0 / size))
             begin = part.reading[hold.begin : hold.begin + size] - self.line.at(
@@ -536,22 +580,35 @@ class _Measured:
         )
 
     def _effects(self) -> dict[str, SheetFigure]:
-        """What another signal does to zero and full-scale output: slopes of lines through the cycles."""
+        """What another signal does to zero and full-scale output: slopes of lines through the cycles, at both ends."""
         effects = {}
+        pairs: Sequence[tuple[int, ...]] = self.pairs or [(k,) for k in range(len(self.strokes))]
         middle = np.array([self._percent(_middle(curves)) for curves in self.cycles])
-        pairs = self.pairs or [(k,) for k in range(len(self.strokes))]
         for name, unit in self.records[0].schedule_units.items():
-            means = []
-            for pair in pairs:
-                strokes = [self.strokes[k] for k in pair]
-                values = [stroke.part.signals[name][stroke.begin : stroke.end] for stroke in strokes]
-                means.append(float(np.mean(np.concatenate(values))))
-            along = np.array(means)
+            ends = np.empty((len(pairs), 2))
+            for number, pair in enumerate(pairs):
+                values = []
+                for k in pair:
+                    signal = self.strokes[k].part.signals[name]
+                    values.append(signal[self.samples[k].places[[0, -1]]])
+                ends[number] = np.mean(values, axis=0)
             unit = f"%/{unit or 'unit'}"
-            effects[f"zero with {name}"] = _slope_along(along, middle[:, 0], unit, name)
-            output = middle[:, -1] - middle[:, 0]
-            effects[f"output with {name}"] = _slope_along(along, output, unit, name)
+            low = _slope_along(ends[:, 0], middle[:, 0])
+            high = _slope_along(ends[:, 1], middle[:, -1])
+            for figure, slope in (("zero", low), ("output", high - low)):
+                effects[f"{figure} with {name}"] = self._effect(slope, unit, name)
         return effects
+
+    def _effect(self, slope: _Slope, unit: str, name: str) -> SheetFigure:
+        count = len(self.cycles)
+        if not math.isfinite(slope.error):
+            return _unknown(
+                f"this log has {count} cycles, or {name} is the same in all; log {POLICY.fewest_scatter} or more at "
+                f"several values"
+            )
+        reach = quantile(CONFIDENCE, count - 2) * slope.error
+        estimate = LoopEstimate(slope.value, slope.value - reach, slope.value + reach, unit)
+        return SheetFigure(estimate, count=count)
 
     def _at_rest(self, part: _Part) -> Array:
         """Reading less what the quantity and other signals move it, (T,): what creeps is left. [%]"""
@@ -565,17 +622,15 @@ class _Measured:
 
     def _notes(self) -> tuple[str, ...]:
         notes = []
-        cycles = self.cycles
-        if len(cycles) < 3:
-            count = "one cycle"
-            if len(cycles) == 2:
-                count = "two cycles"
+        if len(self.cycles) < POLICY.fewest_scatter:
             notes.append(
-                f"{count}: intervals are those of the noise alone; from three cycles on they are those of the scatter"
+                f"intervals are those of the noise alone; from {POLICY.fewest_scatter} cycles on they are those of the "
+                f"scatter, and this log has {len(self.pairs)}"
             )
         whole = self._spread_of(slice(None))
         without = self._spread_of(slice(1, None))
-        if len(cycles) >= 3 and without <= POLICY.first_cycle * whole:
+        certain = whole > 100.0 * ROUNDING and len(self.cycles) >= POLICY.fewest_scatter
+        if certain and without <= POLICY.first_cycle * whole:
             notes.append(
                 f"without the first cycle the repeatability is {without:.2g} %: the first one is that of a sensor that "
                 f"has rested. Standards load it to the end three times before they measure; leave that out with --from"
@@ -620,10 +675,9 @@ def _parts(records: Sequence[Recording]) -> list[_Part]:
     return parts
 
 
-def _read(
-    quantity: Array, reading: Array, places: Array, reach: float, slope: float
-) -> Array:
+def _read(samples: _Samples, places: Array, reach: float, slope: float) -> Array:
     """Readings of a stroke at places, (m,): by a line through the samples near each, or between those beside it."""
+    quantity, reading, _ = samples
     values = np.interp(places, quantity, reading)
     for k, place in enumerate(places.tolist()):
         first = int(np.searchsorted(quantity, place - reach, "left"))
@@ -659,20 +713,16 @@ def _estimate(value: float, each: Array, error: float, unit: str) -> LoopEstimat
     return LoopEstimate(value, value - reach, value + reach, unit)
 
 
-def _slope_along(signal: Array, each: Array, unit: str, name: str) -> SheetFigure:
-    """Slope of a line through a number of each cycle beside its mean signal, with the interval of their scatter."""
+def _slope_along(signal: Array, each: Array) -> _Slope:
+    """Slope of a line through a number of each cycle beside a signal; without an error if there is no such line."""
     count = each.size
     centred = signal - np.mean(signal)
     spread = float(centred @ centred)
     if count < POLICY.fewest_scatter or not spread > 0.0:
-        return _unknown(
-            f"this log has {count} cycles, or {name} is the same in all; log {POLICY.fewest_scatter} or more at several values"
-        )
+        return _Slope(math.nan, math.nan)
     slope = float(centred @ each) / spread
     left = each - np.mean(each) - slope * centred
-    reach = quantile(CONFIDENCE, count - 2) * math.sqrt(float(left @ left) / (count - 2) / spread)
-    estimate = LoopEstimate(slope, slope - reach, slope + reach, unit)
-    return SheetFigure(estimate, count=count)
+    return _Slope(slope, math.sqrt(float(left @ left) / (count - 2) / spread))
 
 
 def _unknown(why: str) -> SheetFigure:
@@ -681,7 +731,7 @@ def _unknown(why: str) -> SheetFigure:
 
 def _still(name: str, role: str, cure: str) -> ExcitationError:
     return ExcitationError(
-        f"the {role} '{name}' stands still, so it tells nothing about the sensor. Check what was logged, or name another "
-        f"column: {cure}.",
+        f"the {role} '{name}' stands still, so it tells nothing about the sensor. Check what was logged, or name "
+        f"another column: {cure}.",
         name=name,
     )

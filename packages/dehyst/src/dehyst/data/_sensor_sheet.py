@@ -192,8 +192,9 @@ class DataSheet(Plotted):
         intervals = "the noise of the samples"
         if count >= POLICY.fewest_scatter:
             intervals = f"the scatter of {count} cycles"
+        line = f"{self.line_name} line, {LINES[self.line_name]}"
         return (
-            f"100 % are the full scale, {full_scale} over {span}; errors from the {self.line_name} line, {LINES[self.line_name]}; "
+            f"100 % are the full scale, {full_scale} over {span}; errors from the {line}; "
             f"intervals of 95 %: {intervals}"
         )
 

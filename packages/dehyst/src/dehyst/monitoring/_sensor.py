@@ -40,9 +40,9 @@ def corrected_readings(
 ) -> CorrectedReadings:
     """Correct the readings of a sensor, x, by a model of the quantity, z = y[x].
 
-    A model of the reading as a function of the quantity corrects by its inverse. Left out are samples that the model was
-    fitted to, and, as in `evaluate`, those before the reading has visited both ends of its range, where that leaves half:
-    nothing is known of the past of the sensor there.
+    A model of the reading as a function of the quantity corrects by its inverse. Left out are samples that the model
+    was fitted to, and, as in `evaluate`, those before the reading has visited both ends of its range, where that leaves
+    half: nothing is known of the past of the sensor there.
 
     Parameters
     ----------
@@ -97,8 +97,8 @@ def corrected_readings(
         after.append(replace(_corrected(model, converted), left_out=left_out))
     if not before:
         raise ExcitationError(
-            "the model was fitted to all samples of this log, so that none can show what it is worth. Name a log that it "
-            "was not identified from, or identify anew with a part held out: --train-fraction 0.5."
+            "the model was fitted to all samples of this log, so that none can show what it is worth. Name a log that "
+            "it was not identified from, or identify anew with a part held out: --train-fraction 0.5."
         )
     return CorrectedReadings(tuple(before), tuple(after), held_out, tuple(findings))
 

@@ -73,8 +73,8 @@ def figure_of(thing: object) -> PageFigure:
     )
     if draw is None:
         raise ParameterError(
-            f"a {type(thing).__name__} has no picture. What can be drawn: a Recording, its Loops, a data sheet, the Fit of "
-            f"identify, a Comparison, a Drift and the run of a trial."
+            f"a {type(thing).__name__} has no picture. What can be drawn: a Recording, its Loops, a data sheet, the "
+            f"Fit of identify, a Comparison, a Drift and the run of a trial."
         )
     return draw(thing)
 
@@ -85,7 +85,8 @@ def plot(thing: object, ax: Axes = None) -> Axes:
     Parameters
     ----------
     thing
-        A `Recording`, its `Loops`, the data sheet of a sensor, the `Fit` of identify, a `Comparison`, a `Drift` or the run of a trial.
+        A `Recording`, its `Loops`, the data sheet of a sensor, the `Fit` of identify, a `Comparison`, a `Drift` or the
+        run of a trial.
     ax
         Matplotlib axes to draw into; None: a new figure.
 

@@ -15,7 +15,7 @@ from dehyst.report._page import write_page
 from dehyst.report._parts import Axes, Page, PageFigure, PageSection, PageTable, Panel
 from dehyst.report._svg import write_picture
 from dehyst.report._text import short
-from dehyst.report._theme import BAD, FIFTH, MODEL, MUTED, TEST, TRAIN, ThemeColour
+from dehyst.report._theme import BAD, FIFTH, MODEL, MUTED, PAPER, TEST, TRAIN, ThemeColour
 
 SENSOR = "dehyst sensor: "  # by which a picture is known that may be drawn anew
 ROOM = 0.12  # above and below the curves, share of their range
@@ -129,7 +129,9 @@ def _annotate(sheet: DataSheet, axes: Axes) -> None:
         figure = sheet.figures[name]
         if not figure.why:
             nearest = np.argmin(np.abs(sheet.holds[:, 0] - figure.place))
-            _label(sheet, axes, f"creep {figure.value}", (figure.place, sheet.holds[nearest, 2]), MODEL)
+            _label(
+                sheet, axes, f"creep {figure.value}", (figure.place, sheet.holds[nearest, 2]), MODEL
+            )
 
 
 def _arrow(
@@ -161,6 +163,7 @@ def _label(
         fontsize=9,
         color=colour.light,
         zorder=6,
+        bbox={"facecolor": PAPER.light, "alpha": 0.75, "edgecolor": "none", "pad": 1.0},
     )
 
 
