@@ -9,6 +9,7 @@ from rich.cells import cell_len
 from rich.table import Column
 
 from dehyst.app._logs import files_of, read_logs, refuse_two_names, typed_clocks
+from dehyst.app._loops import findings_of
 from dehyst.app._targets import PAGE, SENSOR, refuse_clashes
 from dehyst.app._terminal import (
     ask_progress,
@@ -19,10 +20,9 @@ from dehyst.app._terminal import (
     terminal,
 )
 from dehyst.app.requests import SensorRequest
-from dehyst.data import Recording, sensor_data_sheet
+from dehyst.data import sensor_data_sheet
 from dehyst.data.kit import LINES, DataSheet
 from dehyst.errors import ColumnError, ParameterError
-from dehyst.findings import Finding
 from dehyst.io import kit as io_kit
 from dehyst.models import Model, load
 from dehyst.monitoring import CorrectedReadings, corrected_readings
@@ -60,14 +60,17 @@ def run_sensor(request: SensorRequest) -> None:
             corrected = sensor_data_sheet(readings.after, IDEAL)
         sheet = sensor_data_sheet(records, request.line)
     if request.out is not None:
-        from dehyst.report import write_data_sheet
+        from dehyst.report.kit import write_data_sheet
 
         write_data_sheet(sheet, request.out, corrected)
     if request.json:
         print_json(_as_dict(sheet, corrected, readings))
         return
     _print(sheet, corrected, readings)
-    _print_findings(records, readings)
+    findings = findings_of(records)
+    if readings is not None:
+        findings += [finding for finding in readings.findings if finding not in findings]
+    print_findings(findings)
     print_end(_next(request, model), picture=request.out)
 
 
@@ -154,16 +157,6 @@ def _beside(sheet: DataSheet, corrected: DataSheet) -> Iterable[tuple[str, ...]]
     after = {label: (value, worst) for label, value, worst, _ in corrected.rows}
     for label, value, worst, _ in sheet.rows:
         yield label, value, worst, *after.get(label, ("", ""))
-
-
-def _print_findings(records: list[Recording], readings: CorrectedReadings | None) -> None:
-    """What reading and converting found, each once."""
-    unique: dict[Finding, None] = {}
-    for record in records:
-        unique.update(dict.fromkeys(record.findings))
-    if readings is not None:
-        unique.update(dict.fromkeys(readings.findings))
-    print_findings(unique)
 
 
 def _next(request: SensorRequest, model: Model | None) -> str:

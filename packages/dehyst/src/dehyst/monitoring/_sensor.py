@@ -73,14 +73,19 @@ def corrected_readings(
     (True, False)
     """
     records = require_recordings(recordings)
-    if model.card.output.name == records[0].input_name != model.card.input.name:
+    identified = model
+    from_quantity = model.card.output.name == records[0].input_name != model.card.input.name
+    if from_quantity:
         model = model.inverse()
     card = model.card
     before, after = [], []
     findings: dict[Finding, None] = {}
     held_out = False
     for record in records:
-        share = fitted_share(model, record) or 0.0
+        logged = record
+        if from_quantity:
+            logged = _swapped(record)
+        share = fitted_share(identified, logged) or 0.0
         fitted = range(round(share * len(record)))
         # What is fitted shows less of its errors; it still tells the model the past of the rest.
         if len(fitted) > len(record) - MINIMUM_SAMPLES:
@@ -101,6 +106,13 @@ def corrected_readings(
             "it was not identified from, or identify anew with a part held out: --train-fraction 0.5."
         )
     return CorrectedReadings(tuple(before), tuple(after), held_out, tuple(findings))
+
+
+def _swapped(record: Recording) -> Recording:
+    """The recording as it was when the quantity was the input."""
+    origin = dict(record.provenance)
+    origin["input"], origin["output"] = origin.get("output"), origin.get("input")
+    return replace(record, input=record.output, output=record.input, provenance=origin)
 
 
 def _unknown_past(record: Recording, card: SignalCard) -> list[int]:

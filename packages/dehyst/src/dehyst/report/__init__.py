@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from dehyst.report._parts import Panel as Panel
     from dehyst.report._parts import Step as Step
     from dehyst.report._parts import Tile as Tile
-    from dehyst.report._sensor import write_data_sheet as write_data_sheet
     from dehyst.report._svg import require_picture_name as require_picture_name
     from dehyst.report._theme import ThemeColour as ThemeColour
     from dehyst.report._thin import Window as Window
@@ -42,7 +41,6 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_fit": "write_figures write_report",
         "_loops": "write_loops",
         "_parts": "Axes Block Cell Draw Page PageFigure PageSection PageTable Panel Step Tile",
-        "_sensor": "write_data_sheet",
         "_svg": "require_picture_name",
         "_theme": "ThemeColour",
         "_thin": "Window",
