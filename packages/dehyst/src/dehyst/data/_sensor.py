@@ -603,8 +603,8 @@ class _Measured:
         count = len(self.cycles)
         if not math.isfinite(slope.error):
             return _unknown(
-                f"this log has {count} cycles, or {name} is the same in all; log {POLICY.fewest_scatter} or more at "
-                f"several values"
+                f"this log has {len(self.pairs)} cycles, or {name} is the same in all; log {POLICY.fewest_scatter} or "
+                f"more at several values"
             )
         reach = quantile(CONFIDENCE, count - 2) * slope.error
         estimate = LoopEstimate(slope.value, slope.value - reach, slope.value + reach, unit)
