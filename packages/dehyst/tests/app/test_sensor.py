@@ -3,6 +3,7 @@
 import json
 import re
 import runpy
+import shlex
 
 import numpy as np
 import pytest
@@ -216,3 +217,19 @@ def test_the_load_cell_of_the_examples_is_four_times_better_with_its_temperature
     before = sensor_data_sheet(readings.before).figures["rms"].value.value
     after = sensor_data_sheet(readings.after, "ideal").figures["rms"].value.value
     assert after < 0.25 * before
+
+
+@pytest.mark.slow
+def test_each_line_that_is_printed_can_be_typed(run, tmp_path, monkeypatch):
+    write_cell(tmp_path / "my cell.csv")
+    monkeypatch.chdir(tmp_path)
+
+    def following(printed):
+        return shlex.split(re.search(r"next: dehyst (.*)", printed)[1])
+
+    _, out, _ = run("sensor", "my cell.csv", *CELL)
+    status, _, err = run(*following(out))
+    assert status == 0, err
+    _, out, _ = run("sensor", "my cell.csv", *CELL, "--model", "sensor.json")
+    status, out, err = run(*following(out))
+    assert status == 0 and "-> force [N]" in out, err

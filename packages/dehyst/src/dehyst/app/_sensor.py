@@ -26,7 +26,7 @@ from dehyst.errors import ColumnError, ParameterError
 from dehyst.io import kit as io_kit
 from dehyst.models import Model, load
 from dehyst.monitoring import CorrectedReadings, corrected_readings
-from dehyst.shell import command
+from dehyst.shell import command, visible
 
 # A corrected reading should be the quantity.
 IDEAL = "ideal"
@@ -118,7 +118,7 @@ def _print(
     """Print a row a figure, what the figures refer to, and what is missing."""
     out = terminal()
     out.print(
-        f"{sheet.reading_label} over {sheet.quantity_label}: {sheet.caption}",
+        f"{visible(sheet.reading_label)} over {visible(sheet.quantity_label)}: {sheet.caption}",
         style="bold",
         soft_wrap=True,
     )

@@ -196,7 +196,7 @@ def sensor_data_sheet(
     >>> sheet = sensor_data_sheet(Recording(x + 0.1 * x * (1 - x) * (2 - x), x))
     >>> figure = sheet.figures["terminal"]
     >>> round(figure.value.value, 2), round(figure.place, 2), round(sheet.figures["best"].value.value, 2)
-    (3.85, 0.4, 2.19)
+    (3.84, 0.4, 1.92)
     """
     records = require_recordings(recordings)
     if line not in LINES:
