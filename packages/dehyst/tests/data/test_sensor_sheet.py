@@ -276,6 +276,35 @@ def test_intervals_hold_what_they_say():
     assert 88 <= inside <= 100
 
 
+def test_figures_that_noise_makes_are_named_as_such():
+    x = cycles(5)
+    noisy = x + 0.003 * np.random.default_rng(1).normal(size=x.size)
+    sheet = sheet_of(noisy, x)
+    assert any(note.startswith("hysteresis and repeatability: ") for note in sheet.notes)
+    reading = noisy + dehyst.PrandtlIshlinskii([0.02], [0.5]).simulate(x)
+    assert not any("noise of the readings" in note for note in sheet_of(reading, x).notes)
+
+
+def test_noise_of_the_quantity_parts_no_cycle():
+    x = cycles(5, hold=20.0)
+    noisy = x + 0.01 * np.random.default_rng(0).normal(size=x.size)
+    sheet = sheet_of(x, noisy)
+    assert len(sheet.cycles) == 5
+    assert value(sheet, "sensitivity") == pytest.approx(1.0, rel=0.05)
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=20, deadline=None)
+def test_the_noise_of_one_cycle_makes_its_intervals(seed):
+    """With one cycle there is no scatter: nineteen of twenty zero returns of nothing hold zero, and none is far away."""
+    x = cycles(1, seconds=60.0)
+    noisy = x + 0.002 * np.random.default_rng(seed).normal(size=x.size)
+    figure = sheet_of(noisy, x).figures["zero_return"].value
+    half = figure.high - figure.value
+    # A line through twelve samples errs at its end by about 2 / sqrt(12) of their noise.
+    assert 0.1 < half < 0.6 and abs(figure.value) < 4.0 * half
+
+
 def test_a_first_cycle_from_rest_is_named():
     x = cycles(5)
     first = np.where(np.arange(x.size) < 400, 0.02 * (1.0 - x), 0.0)

@@ -203,6 +203,8 @@ class DataPolicy:
     creep_end: float = 0.1
     # A first cycle is named as the cause of the spread if this share of it, or less, is left without it.
     first_cycle: float = 0.5
+    # The largest of twenty places that is no more than so many standard errors of each is noise. [standard errors]
+    above_noise: float = 3.0
     # A full-scale output below this share of the range of the reading is none: the reading comes back.
     least_output: float = 0.05
 

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from dehyst.arrays import Array, Mask
-from dehyst.data._closed_path import noise_of
+from dehyst.arrays import Array
 from dehyst.data._holds import SLACK, Hold, holds_of
 from dehyst.data._loop_figures import CONFIDENCE, NORMAL, ROUNDING
 from dehyst.data._loop_numbers import LoopEstimate
@@ -21,32 +18,25 @@ from dehyst.data._policy import POLICY
 from dehyst.data._ranges import range_over
 from dehyst.data._recording import Recording, require_recordings
 from dehyst.data._sensor_sheet import LINES, DataSheet, SheetFigure, with_its_unit
+from dehyst.data._sensor_strokes import Part, Stroke, paired, parts_of, read_at
 from dehyst.data._straight_lines import IDEAL, Line, best_line, terminal_line, zero_line
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.student import quantile
 
 PLACES = 21  # at which a log without steps is read: every 5 % of the range
 REACH = 0.01  # of the range: samples so near a place are read together
-FITTED = 3  # samples that make a line; fewer are shifted to the place along the whole line
 TAIL = 0.02  # share of a hold whose mean is its begin, or its end
-STEP_END = 0.2  # share of a step whose mean is its reading
 STEPS = 60  # a stroke of more samples is no table of steps
 PERCENT = "%"  # of full scale
 ALIKE = 0.8  # holds of this share of the longest one are averaged with it
+DIRECTIONS = ("rising", "falling")
 
 Curves = (
     Array  # (2, m): readings at the places, rising and falling; NaN where a direction is missing
 )
-Measure = Callable[[Curves], tuple[float, float, str]]  # value, place and direction
-
-
-class _Part(NamedTuple):
-    """Samples that count and follow each other."""
-
-    quantity: Array
-    reading: Array
-    time: Array  # [s], or numbers of samples
-    signals: Mapping[str, Array]  # such as the temperature
+Profile = Callable[
+    [Curves], Array
+]  # deviations at the places, (m,), or for each direction, (2, m). [%]
 
 
 @dataclass(frozen=True)
@@ -58,94 +48,6 @@ class _Slope:
 
     def __sub__(self, other: _Slope) -> _Slope:
         return _Slope(self.value - other.value, math.hypot(self.error, other.error))
-
-
-class _Samples(NamedTuple):
-    """A stroke as it is read, sorted by the quantity, (n,) each."""
-
-    quantity: Array
-    reading: Array
-    places: npt.NDArray[np.int64]  # in its part
-
-
-@dataclass(frozen=True, eq=False)
-class _Stroke:
-    """A way over the whole range, in one direction."""
-
-    part: _Part
-    begin: int
-    end: int  # behind the last sample
-    rising: bool
-    holds: tuple[Hold, ...]
-
-    @property
-    def inner_holds(self) -> list[Hold]:
-        """Holds that begin and end within the stroke."""
-        return [hold for hold in self.holds if self.begin < hold.begin and hold.end < self.end]
-
-    @property
-    def duration(self) -> float:
-        """Time that the whole range would take at the pace between its ends. [unit of time]"""
-        quantity = self.part.quantity[self.begin : self.end]
-        low, high = float(np.min(quantity)), float(np.max(quantity))
-        within = np.flatnonzero(np.abs(quantity - 0.5 * (low + high)) <= 0.4 * (high - low))
-        if within.size < 2:
-            return 0.0
-        time = self.part.time[self.begin : self.end]
-        return float(time[within[-1]] - time[within[0]]) / 0.8
-
-    def samples(self, stepped: bool, near: float) -> _Samples:
-        """Quantity and reading along it, sorted by the quantity: at the ends of its steps if it has some."""
-        if stepped:
-            points = self._steps(0.5 * near)
-            quantity = [float(np.mean(self.part.quantity[point])) for point in points]
-            reading = [float(np.mean(self.part.reading[point])) for point in points]
-            unsorted = _Samples(
-                np.array(quantity),
-                np.array(reading),
-                np.array([point.stop - 1 for point in points]),
-            )
-        else:
-            places = self._moving(near)
-            unsorted = _Samples(self.part.quantity[places], self.part.reading[places], places)
-        order = np.argsort(unsorted.quantity, kind="stable")
-        return _Samples(unsorted.quantity[order], unsorted.reading[order], unsorted.places[order])
-
-    def _moving(self, near: float) -> npt.NDArray[np.int64]:
-        """All samples between the rests at its ends, in which readings creep."""
-        begin, end = self.begin, self.end
-        first, last = self.part.quantity[[begin, end - 1]].tolist()
-        for hold in self._overlapping:
-            if abs(hold.level - first) <= near:
-                begin = max(begin, hold.end - 1)
-            elif abs(hold.level - last) <= near:
-                end = min(end, hold.begin + 1)
-        return np.arange(begin, end)
-
-    def _steps(self, near: float) -> list[slice]:
-        """Ends of its steps, where they are read."""
-        usual = int(np.median([hold.end - hold.begin for hold in self.inner_holds]))
-        points = []
-        ends = {self.begin, self.end - 1}
-        first, final = self.part.quantity[[self.begin, self.end - 1]].tolist()
-        for hold in self._overlapping:
-            last = hold.end
-            if abs(hold.level - first) <= near:
-                ends.discard(self.begin)
-            elif abs(hold.level - final) <= near:
-                # At the far end the sensor may be held for long to see its creep, which is no part of the curve.
-                last = min(hold.end, hold.begin + usual)
-                ends.discard(self.end - 1)
-            size = max(1, round(STEP_END * min(usual, last - hold.begin)))
-            points.append(slice(last - size, last))
-        # Where it does not rest at an end, the turn itself is read.
-        for place in sorted(ends):
-            points.append(slice(place, place + 1))
-        return points
-
-    @property
-    def _overlapping(self) -> list[Hold]:
-        return [hold for hold in self.holds if hold.begin < self.end and hold.end > self.begin]
 
 
 def sensor_data_sheet(
@@ -212,7 +114,7 @@ class _Measured:
     def __init__(self, records: Sequence[Recording], line: str) -> None:
         self.records = records
         self.line_name = line
-        self.parts = _parts(records)
+        self.parts = parts_of(records)
         self.low, self.high = range_over([part.quantity for part in self.parts])
         self.span = self.high - self.low
         if not self.span > 0.0:
@@ -220,7 +122,6 @@ class _Measured:
         lowest, highest = range_over([part.reading for part in self.parts])
         if not highest > lowest:
             raise _still(records[0].input_name, "reading", "--reading COLUMN")
-        self.noise = max(noise_of(part.reading) for part in self.parts)
         self.strokes, self.pairs, self.holds = self._strokes()
         rests = [len(stroke.inner_holds) for stroke in self.strokes]
         self.stepped = float(np.median(rests)) >= POLICY.fewest_steps
@@ -233,8 +134,13 @@ class _Measured:
         rises = [samples.reading[-1] - samples.reading[0] for samples in self.samples]
         slope = float(np.mean(np.array(rises) / np.array(ways)))
         reach = (1.0 + SLACK) * REACH * self.span
-        curves = [_read(samples, self.places, reach, slope) for samples in self.samples]
-        self.curves = np.array(curves)
+        read = [read_at(samples, self.places, reach, slope) for samples in self.samples]
+        self.curves = np.array([values for values, _ in read])
+        # Standard error of a reading at a place; not known, and 0, for a table of single rows.
+        squares = np.array([errors for _, errors in read]) ** 2
+        self.noise = 0.0
+        if np.any(np.isfinite(squares)):
+            self.noise = math.sqrt(float(np.nanmean(squares)))
         self.rising = np.array([stroke.rising for stroke in self.strokes])
         self.mean = self._mean_curves()
         middle = _middle(self.mean)
@@ -250,9 +156,9 @@ class _Measured:
         self.full_scale = abs(self.output)
         self.line = self._line_of(line, middle)
 
-    def _strokes(self) -> tuple[list[_Stroke], list[tuple[int, int]], list[tuple[_Part, Hold]]]:
+    def _strokes(self) -> tuple[list[Stroke], list[tuple[int, int]], list[tuple[Part, Hold]]]:
         """Full strokes, the cycles as pairs of a rising and a falling one, and all holds."""
-        bare: list[tuple[int, _Stroke]] = []
+        bare: list[tuple[int, Stroke]] = []
         longest = (0.0, 0.0, 0.0)
         for number, part in enumerate(self.parts):
             turns = turning_points(part.quantity, POLICY.turn_fraction * self.span).tolist()
@@ -260,7 +166,7 @@ class _Measured:
                 a, b = float(part.quantity[first]), float(part.quantity[last])
                 longest = max(longest, (abs(b - a), a, b))
                 if abs(b - a) >= POLICY.full_stroke * self.span:
-                    bare.append((number, _Stroke(part, first, last + 1, b > a, ())))
+                    bare.append((number, Stroke(part, first, last + 1, b > a, ())))
         if not bare:
             raise self._no_stroke(*longest)
         self.duration = float(np.median([stroke.duration for _, stroke in bare]))
@@ -271,11 +177,11 @@ class _Measured:
         strokes = []
         for number, stroke in bare:
             own = tuple(holds[number])
-            strokes.append(_Stroke(stroke.part, stroke.begin, stroke.end, stroke.rising, own))
+            strokes.append(Stroke(stroke.part, stroke.begin, stroke.end, stroke.rising, own))
         # A cycle rises first, as calibrations do; where none does, it falls first.
-        pairs = _paired(strokes, True)
+        pairs = paired(strokes, True, self.span)
         if not pairs:
-            pairs = [(after, before) for before, after in _paired(strokes, False)]
+            pairs = [(after, before) for before, after in paired(strokes, False, self.span)]
         rests = []
         for part, part_holds in zip(self.parts, holds, strict=True):
             rests += [(part, hold) for hold in part_holds]
@@ -345,19 +251,25 @@ class _Measured:
         self.effects = self._effects()
         creep, holds = self._creeps()
         figures = {
-            "zero": self._figure(lambda curves: self._plain(_middle(curves)[0]), reading),
-            "output": self._figure(
-                lambda curves: self._plain(_middle(curves)[-1] - _middle(curves)[0]), reading
+            "zero": self._number(lambda curves: float(_middle(curves)[0]), reading),
+            "output": self._number(
+                lambda curves: float(_middle(curves)[-1] - _middle(curves)[0]), reading
             ),
-            "sensitivity": self._figure(self._slope, slope_unit, self.span),
-            "terminal": self._figure(lambda curves: self._bend(curves, terminal_line)),
-            "best": self._figure(lambda curves: self._bend(curves, best_line)),
-            "through_zero": self._figure(lambda curves: self._bend(curves, zero_line)),
+            "sensitivity": self._number(
+                lambda curves: self._line_of(self.line_name, _middle(curves)).slope,
+                slope_unit,
+                self.span,
+            ),
+            "terminal": self._bend(terminal_line, True),
+            "best": self._bend(best_line),
+            "through_zero": self._bend(zero_line),
             "hysteresis": self._hysteresis(),
             "repeatability": self._repeatability(),
             "zero_return": self._zero_return(),
             **creep,
-            "combined": self._figure(self._combined),
+            "combined": self._largest(
+                lambda curves: self._percent(curves - self.line.at(self.places)), self.places
+            ),
             "rms": self._rms(),
             **self.effects,
         }
@@ -388,68 +300,62 @@ class _Measured:
         before = np.cumsum(self.rising) - 1, np.cumsum(~self.rising) - 1
         return int(before[0][pair[0]]), int(before[1][pair[1]])
 
-    def _figure(self, measure: Measure, unit: str = PERCENT, per: float = 1.0) -> SheetFigure:
-        """Measure the mean of the cycles, and each of them: their scatter makes the interval.
-
-        A reading that errs by 1 makes the figure err by 1 / `per`.
-        """
-        value, place, direction = measure(self.mean)
-        each = np.array([measure(cycle)[0] for cycle in self.cycles])
-        worst = int(np.argmax(np.abs(each)))
+    def _number(
+        self, number: Callable[[Curves], float], unit: str, per: float = 1.0
+    ) -> SheetFigure:
+        """A number of the whole range; a reading that errs by 1 makes it err by 1 / `per`."""
+        each = np.array([number(cycle) for cycle in self.cycles])
         error = math.sqrt(2.0) * self.noise / per
-        if unit == PERCENT:
-            error *= 100.0 / self.full_scale
-        estimate = _estimate(value, each, error, unit)
-        if unit != PERCENT:
-            return SheetFigure(estimate, count=each.size)
+        return SheetFigure(_estimate(number(self.mean), each, error, unit), count=each.size)
+
+    def _largest(self, profile: Profile, places: Array, signed: bool = False) -> SheetFigure:
+        """The largest deviation of the mean of the cycles, their scatter there, and the largest of a single cycle."""
+        mean = profile(self.mean)
+        size = np.nan_to_num(np.abs(mean))
+        # Of places where it is as large but for rounding the first one is named.
+        index = np.unravel_index(int(np.argmax(size >= (1.0 - SLACK) * np.max(size))), mean.shape)
+        value = float(mean[index])
+        sign = 1.0
+        if not signed:
+            sign = math.copysign(1.0, value)
+        cycles = [profile(cycle) for cycle in self.cycles]
+        each = np.array([sign * cycle[index] for cycle in cycles])
+        # Of strokes without a partner some have another direction.
+        each = each[np.isfinite(each)]
+        error = math.sqrt(2.0) * 100.0 * self.noise / self.full_scale
+        largest = [float(np.nanmax(np.abs(cycle))) for cycle in cycles]
+        worst = int(np.argmax(largest))
+        direction = ""
+        if mean.ndim == 2:
+            direction = DIRECTIONS[int(index[0])]
         return SheetFigure(
-            estimate,
-            worst=float(each[worst]),
+            _estimate(sign * value, each, error, PERCENT),
+            worst=_nothing(largest[worst]),
             cycle=worst + 1,
-            place=place,
+            place=float(places[index[-1]]),
             direction=direction,
             count=each.size,
         )
 
-    def _plain(self, value: float) -> tuple[float, float, str]:
-        return float(value), math.nan, ""
-
-    def _slope(self, curves: Curves) -> tuple[float, float, str]:
-        return self._plain(self._line_of(self.line_name, _middle(curves)).slope)
-
     def _percent(self, deviation: Array) -> Array:
         return np.asarray(100.0 * deviation / self.full_scale)
 
-    def _bend(
-        self, curves: Curves, line: Callable[[Array, Array], Line]
-    ) -> tuple[float, float, str]:
+    def _bend(self, line: Callable[[Array, Array], Line], signed: bool = False) -> SheetFigure:
         """Largest deviation of the mean of both directions from its own line."""
-        middle = _middle(curves)
-        deviation = self._percent(middle - line(self.places, middle).at(self.places))
-        place = int(np.argmax(np.abs(deviation)))
-        value = float(deviation[place])
-        # From the best line the largest deviations to both sides are equal: rounding would choose the sign.
-        if line is not terminal_line:
-            value = abs(value)
-        return value, float(self.places[place]), ""
 
-    def _combined(self, curves: Curves) -> tuple[float, float, str]:
-        deviation = np.abs(self._percent(curves - self.line.at(self.places)))
-        row, place = np.unravel_index(int(np.nanargmax(deviation)), deviation.shape)
-        direction = ("rising", "falling")[int(row)]
-        return float(deviation[row, place]), float(self.places[place]), direction
+        def profile(curves: Curves) -> Array:
+            middle = _middle(curves)
+            return self._percent(middle - line(self.places, middle).at(self.places))
+
+        return self._largest(profile, self.places, signed)
 
     def _hysteresis(self) -> SheetFigure:
         if not self.pairs:
             return self._one_way()
         inner = slice(1, -1)
-
-        def measure(curves: Curves) -> tuple[float, float, str]:
-            apart = np.abs(self._percent(curves[1, inner] - curves[0, inner]))
-            place = int(np.argmax(apart))
-            return float(apart[place]), float(self.places[inner][place]), ""
-
-        return self._figure(measure)
+        return self._largest(
+            lambda curves: self._percent(curves[1, inner] - curves[0, inner]), self.places[inner]
+        )
 
     def _zero_return(self) -> SheetFigure:
         if not self.pairs:
@@ -459,12 +365,8 @@ class _Measured:
             return _unknown(
                 "the cycles of this log begin at the upper end; log some from the lower one"
             )
-        return self._figure(
-            lambda curves: (
-                float(self._percent(curves[1, :1] - curves[0, :1])[0]),
-                float(self.places[0]),
-                "",
-            )
+        return self._largest(
+            lambda curves: self._percent(curves[1, :1] - curves[0, :1]), self.places[:1], True
         )
 
     def _one_way(self) -> SheetFigure:
@@ -488,7 +390,7 @@ class _Measured:
             if len(strokes) >= 2:
                 spread = np.ptp(self._percent(strokes), axis=0)
                 place = int(np.argmax(spread))
-                best = max(best, (float(spread[place]), row, place))
+                best = max(best, (_nothing(float(spread[place])), row, place))
         if max(counts) < 2:
             return _unknown(
                 "this log has no two strokes of one direction; log three cycles or more"
@@ -498,7 +400,7 @@ class _Measured:
         return SheetFigure(
             estimate,
             place=float(self.places[place]),
-            direction=("rising", "falling")[row],
+            direction=DIRECTIONS[row],
             count=counts[row],
         )
 
@@ -538,11 +440,11 @@ class _Measured:
     def _least(self) -> float:
         return POLICY.creep_time * self.duration
 
-    def _seconds(self, part: _Part, hold: Hold) -> float:
+    def _seconds(self, part: Part, hold: Hold) -> float:
         return float(part.time[hold.end - 1] - part.time[hold.begin])
 
     def _creep(
-        self, holds: Sequence[tuple[_Part, Hold]], drawn: list[tuple[float, float, float]]
+        self, holds: Sequence[tuple[Part, Hold]], drawn: list[tuple[float, float, float]]
     ) -> SheetFigure:
         """Creep over the same time in the longest hold, and in those that are about as long."""
         longest = max(self._seconds(part, hold) for part, hold in holds)
@@ -555,25 +457,20 @@ class _Measured:
             size = max(1, round(TAIL * (end - hold.begin)))
             # A quantity that is not quite at rest moves the reading too, and so does the temperature.
             still = self._at_rest(part)
-            each.append(
-                float(
-                    np.mean(still[end - size : end])
-                    - np.mean(still[hold.begin : hold.begin + size])
-                )
-            )
+            head, tail = slice(hold.begin, hold.begin + size), slice(end - size, end)
+            each.append(float(np.mean(still[tail]) - np.mean(still[head])))
             levels.append(hold.level)
-            errors.append(100.0 * self.noise / self.full_scale * math.sqrt(2.0 / size))
-            begin = part.reading[hold.begin : hold.begin + size] - self.line.at(
-                part.quantity[hold.begin : hold.begin + size]
-            )
-            first = float(np.mean(self._percent(begin)))
+            scatter = math.hypot(float(np.std(still[head])), float(np.std(still[tail])))
+            errors.append(scatter / math.sqrt(size))
+            away = part.reading[head] - self.line.at(part.quantity[head])
+            first = float(np.mean(self._percent(away)))
             drawn.append((hold.level, first, first + each[-1]))
         values = np.array(each)
         estimate = _estimate(float(np.mean(values)), values, max(errors), PERCENT)
         worst = int(np.argmax(np.abs(values)))
         return SheetFigure(
             estimate,
-            worst=float(values[worst]),
+            worst=_nothing(float(values[worst])),
             place=float(np.mean(levels)),
             seconds=seconds,
             count=values.size,
@@ -610,7 +507,7 @@ class _Measured:
         estimate = LoopEstimate(slope.value, slope.value - reach, slope.value + reach, unit)
         return SheetFigure(estimate, count=count)
 
-    def _at_rest(self, part: _Part) -> Array:
+    def _at_rest(self, part: Part) -> Array:
         """Reading less what the quantity and other signals move it, (T,): what creeps is left. [%]"""
         share = (part.quantity - self.low) / (self.high - self.low)
         left = self._percent(part.reading - self.output * share)
@@ -627,6 +524,13 @@ class _Measured:
                 f"intervals are those of the noise alone; from {POLICY.fewest_scatter} cycles on they are those of the "
                 f"scatter, and this log has {len(self.pairs)}"
             )
+        names = self._within_noise()
+        if names:
+            percent = 100.0 * self.noise / self.full_scale
+            notes.append(
+                f"{' and '.join(names)}: no more than the noise of the readings makes, which is {percent:.2g} % rms at "
+                f"each place; the sensor's own may be less"
+            )
         whole = self._spread_of(slice(None))
         without = self._spread_of(slice(1, None))
         certain = whole > 100.0 * ROUNDING and len(self.cycles) >= POLICY.fewest_scatter
@@ -637,59 +541,25 @@ class _Measured:
             )
         return tuple(notes)
 
+    def _within_noise(self) -> list[str]:
+        """Figures that noise alone would make as large: they are the largest of many places."""
+        error = 100.0 * self.noise / self.full_scale
+        hysteresis = self._hysteresis()
+        names = []
+        limit = POLICY.above_noise * math.sqrt(2.0 / max(1, len(self.pairs))) * error
+        if not hysteresis.why and 0.0 < hysteresis.value.value <= limit:
+            names.append("hysteresis")
+        if 0.0 < self._spread_of(slice(None)) <= 2.0 * POLICY.above_noise * error:
+            names.append("repeatability")
+        return names
+
     def _spread_of(self, part: slice) -> float:
         spreads = [0.0]
         for rising in (True, False):
             strokes = self.curves[self.rising == rising][part]
             if len(strokes) >= 2:
                 spreads.append(float(np.max(np.ptp(self._percent(strokes), axis=0))))
-        return max(spreads)
-
-
-def _paired(strokes: Sequence[_Stroke], rising: bool) -> list[tuple[int, int]]:
-    """Numbers of strokes of which the first one rises, or falls, and the second one leads back at once."""
-    pairs = []
-    for k in range(1, len(strokes)):
-        before, after = strokes[k - 1], strokes[k]
-        back = before.part is after.part and before.end == after.begin + 1
-        if back and before.rising == rising and after.rising != rising:
-            pairs.append((k - 1, k))
-    return pairs
-
-
-def _parts(records: Sequence[Recording]) -> list[_Part]:
-    """Samples that count, piece by piece."""
-    parts = []
-    for record in records:
-        counts: Mask = np.ones(len(record), dtype=np.bool_)
-        counts[list(record.left_out)] = False
-        for piece in record.pieces:
-            rows = piece.start + np.flatnonzero(counts[piece])
-            if not rows.size:
-                continue
-            time = rows.astype(np.float64)
-            if record.time is not None:
-                time = record.time[rows]
-            signals = {name: values[rows] for name, values in record.schedules.items()}
-            parts.append(_Part(record.output[rows], record.input[rows], time, signals))
-    return parts
-
-
-def _read(samples: _Samples, places: Array, reach: float, slope: float) -> Array:
-    """Readings of a stroke at places, (m,): by a line through the samples near each, or between those beside it."""
-    quantity, reading, _ = samples
-    values = np.interp(places, quantity, reading)
-    for k, place in enumerate(places.tolist()):
-        first = int(np.searchsorted(quantity, place - reach, "left"))
-        last = int(np.searchsorted(quantity, place + reach, "right"))
-        near, at = quantity[first:last] - place, reading[first:last]
-        if near.size >= FITTED and float(np.ptp(near)) > 0.1 * reach:
-            centred = near - np.mean(near)
-            own = float(centred @ at) / float(centred @ centred)
-            values[k] = float(np.mean(at)) - own * float(np.mean(near))
-        elif near.size:
-            values[k] = float(np.mean(at - slope * near))
-    return np.asarray(values)
+        return _nothing(max(spreads))
 
 
 def _middle(curves: Curves) -> Array:
@@ -703,13 +573,14 @@ def _middle(curves: Curves) -> Array:
 
 def _estimate(value: float, each: Array, error: float, unit: str) -> LoopEstimate:
     """A figure with its interval: that of the scatter of single ones, and no less than the noise makes."""
-    # Curves that are equal but for rounding differ by nothing.
-    if unit == PERCENT and abs(value) < 100.0 * ROUNDING:
-        value = 0.0
+    if unit == PERCENT:
+        value = _nothing(value)
     reach = quantile(CONFIDENCE, NORMAL) * error / math.sqrt(each.size)
     if each.size >= POLICY.fewest_scatter:
         scatter = float(np.std(each, ddof=1)) / math.sqrt(each.size)
         reach = max(reach, quantile(CONFIDENCE, each.size - 1) * scatter)
+    if unit == PERCENT:
+        reach = _nothing(reach)
     return LoopEstimate(value, value - reach, value + reach, unit)
 
 
@@ -723,6 +594,13 @@ def _slope_along(signal: Array, each: Array) -> _Slope:
     slope = float(centred @ each) / spread
     left = each - np.mean(each) - slope * centred
     return _Slope(slope, math.sqrt(float(left @ left) / (count - 2) / spread))
+
+
+def _nothing(percent: float) -> float:
+    """0 for what only rounding makes."""
+    if abs(percent) < 100.0 * ROUNDING:
+        return 0.0
+    return percent
 
 
 def _unknown(why: str) -> SheetFigure:
