@@ -296,7 +296,7 @@ def test_noise_of_the_quantity_parts_no_cycle():
 @given(st.integers(0, 10**6))
 @settings(max_examples=20, deadline=None)
 def test_the_noise_of_one_cycle_makes_its_intervals(seed):
-    """With one cycle there is no scatter: nineteen of twenty zero returns of nothing hold zero, and none is far away."""
+    """One cycle does not scatter: the zero return of a sensor that has none lies within what its noise makes."""
     x = cycles(1, seconds=60.0)
     noisy = x + 0.002 * np.random.default_rng(seed).normal(size=x.size)
     figure = sheet_of(noisy, x).figures["zero_return"].value

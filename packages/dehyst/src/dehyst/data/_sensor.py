@@ -31,12 +31,10 @@ PERCENT = "%"  # of full scale
 ALIKE = 0.8  # holds of this share of the longest one are averaged with it
 DIRECTIONS = ("rising", "falling")
 
-Curves = (
-    Array  # (2, m): readings at the places, rising and falling; NaN where a direction is missing
-)
-Profile = Callable[
-    [Curves], Array
-]  # deviations at the places, (m,), or for each direction, (2, m). [%]
+# Readings at the places, rising and falling, (2, m); NaN where a direction is missing.
+Curves = Array
+# Deviations at the places, (m,), or for each direction, (2, m). [%]
+Profile = Callable[[Curves], Array]
 
 
 @dataclass(frozen=True)
@@ -155,6 +153,7 @@ class _Measured:
             )
         self.full_scale = abs(self.output)
         self.line = self._line_of(line, middle)
+        self.effects = self._effects()
 
     def _strokes(self) -> tuple[list[Stroke], list[tuple[int, int]], list[tuple[Part, Hold]]]:
         """Full strokes, the cycles as pairs of a rising and a falling one, and all holds."""
@@ -213,7 +212,9 @@ class _Measured:
         return np.linspace(self.low, self.high, PLACES)
 
     def _mean_curves(self) -> Curves:
-        """Mean reading of each direction, (2, m)."""
+        """Mean reading of each direction, (2, m): of the cycles, else of all strokes of a direction."""
+        if self.pairs:
+            return np.asarray(np.mean(self.cycles, axis=0))
         mean = np.full((2, self.places.size), np.nan)
         for row, rising in enumerate((True, False)):
             if np.any(self.rising == rising):
@@ -248,7 +249,6 @@ class _Measured:
                 divisor = f"({divisor})"
             slope_unit = f"({reading})/{divisor}" if "/" in reading else f"{reading}/{divisor}"
         units = {"reading": reading, "quantity": quantity, "slope": slope_unit, "percent": PERCENT}
-        self.effects = self._effects()
         creep, holds = self._creeps()
         figures = {
             "zero": self._number(lambda curves: float(_middle(curves)[0]), reading),
@@ -282,6 +282,7 @@ class _Measured:
             places=self.places,
             rising=self.curves[self.rising],
             falling=self.curves[~self.rising],
+            mean=self.mean,
             cycles=tuple(self._numbered(pair) for pair in self.pairs),
             low=self.low,
             high=self.high,
@@ -482,6 +483,9 @@ class _Measured:
         pairs: Sequence[tuple[int, ...]] = self.pairs or [(k,) for k in range(len(self.strokes))]
         middle = np.array([self._percent(_middle(curves)) for curves in self.cycles])
         for name, unit in self.records[0].schedule_units.items():
+            # A signal that another recording lacks tells nothing of it.
+            if not all(name in part.signals for part in self.parts):
+                continue
             ends = np.empty((len(pairs), 2))
             for number, pair in enumerate(pairs):
                 values = []
@@ -512,8 +516,9 @@ class _Measured:
         share = (part.quantity - self.low) / (self.high - self.low)
         left = self._percent(part.reading - self.output * share)
         for name, values in part.signals.items():
-            zero, output = self.effects[f"zero with {name}"], self.effects[f"output with {name}"]
-            if not zero.why:
+            zero = self.effects.get(f"zero with {name}")
+            if zero is not None and not zero.why:
+                output = self.effects[f"output with {name}"]
                 left = left - (zero.value.value + output.value.value * share) * values
         return np.asarray(left)
 

@@ -97,6 +97,8 @@ class DataSheet(Plotted):
         Quantities at which curves are read, (m,). [quantity]
     rising, falling
         Reading of every full stroke at these places, (strokes, m). [reading]
+    mean
+        Mean of the cycles, rising and falling, (2, m); NaN where the log has no stroke of a direction. [reading]
     cycles
         Pairs of numbers of strokes, (cycles, 2): a rising one and a falling one next to each other.
     low, high
@@ -124,6 +126,7 @@ class DataSheet(Plotted):
     places: Array
     rising: Array
     falling: Array
+    mean: Array
     cycles: tuple[tuple[int, int], ...]
     low: float
     high: float

@@ -66,17 +66,18 @@ def write_data_sheet(
 def sheet_figure(sheet: DataSheet) -> PageFigure:
     """Return the deviation from the line over the quantity, both directions, with the figures in it."""
     lines = []
-    means = []
-    for curves, colour, word in ((sheet.rising, TRAIN, "rising"), (sheet.falling, TEST, "falling")):
+    rising, falling = sheet.deviation(sheet.mean)
+    for curves, mean, colour, word in (
+        (sheet.rising, rising, TRAIN, "rising"),
+        (sheet.falling, falling, TEST, "falling"),
+    ):
         if not len(curves):
             continue
         for deviation in sheet.deviation(curves):
             lines.append(PanelLine(sheet.places, deviation, colour, width=0.7, alpha=0.45))
-        mean = np.mean(sheet.deviation(curves), axis=0)
-        means.append(mean)
         lines.append(PanelLine(sheet.places, mean, colour, f"{word}, mean", 1.8))
-    if len(means) == 2:
-        middle = np.mean(means, axis=0)
+    if len(sheet.rising) and len(sheet.falling):
+        middle = 0.5 * (rising + falling)
         lines.append(PanelLine(sheet.places, middle, MUTED, "mean of both", 1.4, dashes=DASHED))
     every = np.concatenate([line.y for line in lines])
     low, high = float(np.min(every)), float(np.max(every))
@@ -102,21 +103,18 @@ def sheet_figure(sheet: DataSheet) -> PageFigure:
 
 def _annotate(sheet: DataSheet, axes: Axes) -> None:
     """Draw the figures into the axes: each between what it is the difference of."""
-    means = []
-    for curves in (sheet.rising, sheet.falling):
-        if len(curves):
-            means.append(np.mean(sheet.deviation(curves), axis=0))
-    middle = np.mean(means, axis=0)
+    rising, falling = sheet.deviation(sheet.mean)
 
     def at(curve: Array, place: float) -> float:
         return float(np.interp(place, sheet.places, curve))
 
     if sheet.line_name == "terminal":
         place = sheet.figures["terminal"].place
-        _arrow(sheet, axes, "terminal", (0.0, at(middle, place)), MODEL)
+        middle = np.nanmean([at(rising, place), at(falling, place)])
+        _arrow(sheet, axes, "terminal", (0.0, float(middle)), MODEL)
     if not sheet.figures["hysteresis"].why:
         place = sheet.figures["hysteresis"].place
-        _arrow(sheet, axes, "hysteresis", (at(means[0], place), at(means[1], place)), FIFTH)
+        _arrow(sheet, axes, "hysteresis", (at(rising, place), at(falling, place)), FIFTH)
     figure = sheet.figures["repeatability"]
     if not figure.why:
         curves = {"rising": sheet.rising, "falling": sheet.falling}[figure.direction]
