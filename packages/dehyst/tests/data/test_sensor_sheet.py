@@ -384,3 +384,18 @@ def test_it_is_drawn_and_shown():
     for word in ("non-linearity", "hysteresis", "repeatability", "creep"):
         assert word in texts
     assert "<svg" in sheet._repr_html_()
+
+
+def test_one_direction_alone_is_drawn_too():
+    x = np.tile(np.linspace(0.0, 1.0, 400), 3)
+    sheet = sensor_data_sheet(dehyst.Recording(x + bent(x), x, breaks=(400, 800)))
+    texts = " ".join(text.get_text() for text in sheet.plot().texts)
+    assert "repeatability" in texts and "hysteresis" not in texts
+
+
+def test_a_signal_that_one_recording_lacks_is_left_out():
+    x = cycles(3)
+    warm = dehyst.Recording(x, x, schedules={"body": 20.0 + x})
+    sheet = sensor_data_sheet([warm, dehyst.Recording(x, x)])
+    assert not any("body" in name for name in sheet.figures)
+    assert len(sheet.cycles) == 6

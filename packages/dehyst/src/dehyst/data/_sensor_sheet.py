@@ -39,6 +39,7 @@ LABELS = {
     "combined": "combined error",
     "rms": "rms error",
 }
+NEAR_ZERO = 5e-4  # a place so near zero is called zero, share of the range
 SHORT = {"zero": "zero", "output": "FS"}
 
 
@@ -157,7 +158,11 @@ class DataSheet(Plotted):
     def caption(self) -> str:
         """How many strokes the figures are of, and how they were read."""
         rising, falling = len(self.rising), len(self.falling)
-        words = f"{rising} rising and {falling} falling strokes, {len(self.cycles)} cycles"
+        cycles = len(self.cycles)
+        plural = "s"
+        if cycles == 1:
+            plural = ""
+        words = f"{rising} rising and {falling} falling strokes, {cycles} cycle{plural}"
         if self.stepped:
             words += f", read at the end of {len(self.places)} steps"
         return words
@@ -189,10 +194,11 @@ class DataSheet(Plotted):
     def basis(self) -> str:
         """What the figures refer to, and what their intervals are made of."""
         unit = self.units["quantity"]
-        span = f"{self.low:.4g} to {with_its_unit(self.high, unit)}"
+        high = with_its_unit(self._rounded(self.high), unit)
+        span = f"{self._rounded(self.low):.4g} to {high}"
         full_scale = with_its_unit(self.full_scale, self.units["reading"])
         count = self.figures["output"].count
-        intervals = "the noise of the samples"
+        intervals = "the noise of the samples, as far as they show it"
         if count >= POLICY.fewest_scatter:
             intervals = f"the scatter of {count} cycles"
         line = f"{self.line_name} line, {LINES[self.line_name]}"
@@ -218,13 +224,20 @@ class DataSheet(Plotted):
             words += f" ({figure.cycle})"
         return words
 
+    def _rounded(self, place: float) -> float:
+        """A quantity without what is nothing beside the range: the zero of a reference is never quite zero."""
+        if abs(place) < NEAR_ZERO * (self.high - self.low):
+            return 0.0
+        return place
+
     def _where(self, figure: SheetFigure) -> str:
         """Where a figure is measured."""
         parts = []
         if math.isfinite(figure.seconds):
             parts.append(f"in {figure.seconds:.4g} s")
         if math.isfinite(figure.place):
-            parts.append(f"at {with_its_unit(figure.place, self.units['quantity'])}")
+            place = self._rounded(figure.place)
+            parts.append(f"at {with_its_unit(place, self.units['quantity'])}")
         if figure.direction:
             parts.append(figure.direction)
         return " ".join(parts)
