@@ -104,6 +104,8 @@ def test_no_command_writes_or_prints_what_steers(run, tmp_path, monkeypatch):
         ("inspect", "log.csv"),
         ("loops", "log.csv", *pair, "--out=loops.svg"),
         ("loops", "log.csv", *pair, "--out=loops.html"),
+        ("sensor", "log.csv", f"--reading={x}", f"--quantity={y}", "--out=sensor.svg"),
+        ("sensor", "log.csv", f"--reading={x}", f"--quantity={y}", "--out=sensor.html"),
         (
             "identify",
             "log.csv",

@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from scipy.signal import TransferFunction, lsim
 
 import dehyst
-from dehyst.data import measure_loops
+from dehyst.data import measure_loops, sensor_data_sheet
 from dehyst.io import example_recording
 from dehyst_targets.backlash import AxisReadings, lost_motion, make_table, plan_measurement
 from generate import bouc_wen, demo, model_figures, reviewed, speed, which_model
@@ -521,9 +521,41 @@ def numbers_of_a_loop() -> Figure:
     return figure
 
 
+def linearise_a_sensor() -> Figure:
+    """The load cell of the how-to before and after its correction, with the figures that `dehyst sensor` prints."""
+    cell = runpy.run_path(str(ROOT / "examples" / "load_cell.py"))
+    x = cell["calibration"]()
+    warm = 25.0 - 12.0 * np.cos(4.0 * np.pi * np.linspace(0.0, 1.0, x.size))
+    reading = cell["reading"](x, warm) + 1e-4 * np.random.default_rng(5).standard_normal(x.size)
+    log = dehyst.Recording(
+        reading,
+        cell["CAPACITY"] * x,
+        cell["STEP"] * np.arange(x.size),
+        input_name="bridge",
+        output_name="force",
+        input_unit="mV/V",
+        output_unit="N",
+        schedules={"body": warm},
+    )
+    model = dehyst.identify(log).model
+    # Of a log made in Python nothing says which part a model was fitted to: its first half.
+    held_out = replace(log, left_out=tuple(range(len(log) // 2)))
+    corrected = replace(
+        held_out, input=model.simulate(reading, log.time, body=warm), input_unit="N"
+    )
+    figure = Figure(figsize=(12.0, 4.6), layout="constrained")
+    before, after = figure.subplots(1, 2)
+    dehyst.plot(sensor_data_sheet(held_out), before)
+    dehyst.plot(sensor_data_sheet(corrected, "ideal"), after)
+    for axes, title in ((before, "bridge"), (after, "corrected")):
+        axes.set_title(f"{title}: deviation [% FS]", loc="left")
+    return figure
+
+
 FIGURES: dict[str, Callable[[], Figure]] = {
     "arm": arm,
     "numbers-of-a-loop": numbers_of_a_loop,
+    "linearise-a-sensor": linearise_a_sensor,
     "loop": loop,
     "play": play,
     "misprint": misprint,

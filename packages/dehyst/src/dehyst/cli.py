@@ -22,6 +22,7 @@ COMMANDS = (
     Command("dehyst.app._play:run_compensate", requests.CompensateRequest),
     Command("dehyst.app._inspect:run_inspect", requests.InspectRequest),
     Command("dehyst.app._loops:run_loops", requests.LoopsRequest),
+    Command("dehyst.app._sensor:run_sensor", requests.SensorRequest),
     Command("dehyst.app._inspect:run_example", requests.ExampleRequest),
     Command("dehyst.app._doctor:run_doctor", requests.DoctorRequest),
     Command("dehyst.app._design:run_design", requests.DesignRequest),

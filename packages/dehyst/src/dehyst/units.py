@@ -257,11 +257,25 @@ def _hinted(bare: str, unit: str, text: str) -> bool:
 def _suffix_unit(bare: str, suffix: str) -> str | None:
     low = suffix.lower()
     unit = _newton_metres(bare, suffix) or canonical(suffix)
+    if unit is None and _is_field_unit(bare, suffix):
+        return suffix
     if unit is None or (low in _OTHER_MEANING and set(words(bare)) & _OTHER_MEANING[low]):
         return None
     if low in _HINTED and not (suffix in _PLAIN_UNITS or _hinted(bare, unit, suffix)):
         return None
     return unit
+
+
+def _is_field_unit(bare: str, suffix: str) -> bool:
+    """Whether a suffix, in this very spelling, is a unit of a magnetic quantity or of a volume.
+
+    "G" is as often an acceleration or a centre of gravity, "ml" a result of machine learning: a word of the name has to
+    speak for the unit.
+    """
+    if suffix not in _FIELD_SUFFIXES:
+        return False
+    hints = _FIELD_SUFFIXES[suffix]
+    return not hints or bool(set(words(bare)) & hints)
 
 
 def _divided_unit(bare: str, unit: str) -> str | None:
@@ -417,12 +431,24 @@ FIELD_UNITS: dict[str, dict[str, float]] = {
     "charge": {"C": 1.0, "mC": 1e-3, "uC": 1e-6, "nC": 1e-9, "pC": 1e-12},
     "flux": {"Wb": 1.0, "mWb": 1e-3, "Vs": 1.0, "V s": 1.0, "V*s": 1.0, "mVs": 1e-3},
     "flux density": {"T": 1.0, "mT": 1e-3, "G": 1e-4, "kG": 0.1},
-    "magnetic field": {"A/m": 1.0, "kA/m": 1e3, "A/cm": 1e2, "Oe": 1e3 / (4.0 * math.pi)},
+    "magnetic field": {
+        "A/m": 1.0,
+        "kA/m": 1e3,
+        "A/cm": 1e2,
+        "Oe": 1e3 / (4.0 * math.pi),
+        "kOe": 1e6 / (4.0 * math.pi),
+    },
     "electric field": {"V/m": 1.0, "kV/m": 1e3, "kV/cm": 1e5, "kV/mm": 1e6, "MV/m": 1e6},
     "polarisation": {"C/m2": 1.0, "C/m^2": 1.0, "uC/cm2": 1e-2, "uC/cm^2": 1e-2},
     "volume": {"m3": 1.0, "m^3": 1.0, "L": 1e-3, "l": 1e-3, "mL": 1e-6, "ml": 1e-6, "cm3": 1e-6},
     "strain": {"%": 1e-2, "m/m": 1.0, "mm/mm": 1.0},
 }
+# Those that are known as the end of a name, beside one of these words; an empty set asks for none.
+_FLUX = frozenset({"b", "flux", "field", "induction", "magnetic", "hall", "feld"})
+_VOLUMES = frozenset({"v", "volume", "vol", "volumen", "dose", "syringe", "stroke", "displacement"})
+_FIELD_SUFFIXES: dict[str, frozenset[str]] = {
+    "Oe": frozenset(), "kOe": frozenset(), "G": _FLUX, "kG": _FLUX, "mT": _FLUX, "ml": _VOLUMES, "mL": _VOLUMES,
+}  # fmt: skip
 # Two dimensions -> the SI unit of the area of a loop between them.
 WORKS: dict[frozenset[str], str] = {
     frozenset({"force", "length"}): "J",

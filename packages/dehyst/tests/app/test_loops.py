@@ -94,6 +94,10 @@ def test_a_log_without_a_loop_says_what_to_type_and_that_works(run):
     assert status == 2 and "no closed loop" in err and "--symmetric" in err
     status, out, _ = run("loops", *HALF, "--symmetric")
     assert status == 0 and "as --symmetric says" in out and "J/m3" in out
+    # Who says that the other half is alike needs no warning that there is none, and goes on with the same line.
+    assert "few-loops" not in out
+    line = re.search(r"next: dehyst (.*)", out)[1]
+    assert "--symmetric" in line
 
 
 def test_without_units_there_are_none(run):

@@ -354,7 +354,7 @@ def test_very_large_and_small_signals_have_numbers_and_short_words(sizes):
         ((0.0, 0.0, "N"), "0 N"),
         ((0.0, 0.25, "N"), "0.00 +- 0.25 N"),
         ((1.43e-6, 9.1e-7, "T"), "1.43e-06 +- 9.1e-07 T"),
-        ((1.5e9, 2.2e6, "V"), "1.5e+09 +- 2.2e+06 V"),
+        ((1.5e9, 2.2e6, "V"), "1.500e+09 +- 2.2e+06 V"),
         ((np.nan, np.nan, "V"), "unknown"),
         ((3.0, np.inf, "V"), "3 V"),
     ],
@@ -362,6 +362,13 @@ def test_very_large_and_small_signals_have_numbers_and_short_words(sizes):
 def test_a_number_has_the_digits_of_its_interval(estimate, words):
     number, half, unit = estimate
     assert str(LoopEstimate(number, number - half, number + half, unit)) == words
+
+
+def test_what_only_rounding_makes_is_nothing():
+    x = np.sin(np.linspace(0.0, 20.0, 1000))
+    measured = measure_loops(dehyst.Recording(x, 3.0 * x))
+    for loop in measured.loops:
+        assert loop.area == loop.opening_percent == loop.width == loop.gap_percent == 0.0
 
 
 def test_what_identify_says_of_the_opening_is_what_loops_says():

@@ -49,7 +49,7 @@ def test_the_loop_that_is_drawn_is_the_one_that_was_logged():
 
 
 def test_what_has_no_picture_is_refused_with_what_has():
-    with pytest.raises(ParameterError, match="a Recording, its Loops, the Fit"):
+    with pytest.raises(ParameterError, match="a Recording, its Loops, a data sheet, the Fit"):
         dehyst.plot(3)
 
 

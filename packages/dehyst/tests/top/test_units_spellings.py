@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from dehyst.io import LogTable
-from dehyst.units import canonical, parse_unit
+from dehyst.units import canonical, parse_unit, work_unit
 
 
 def pairs(text: str) -> list[tuple[str, str]]:
@@ -67,7 +67,7 @@ SUFFIXES = """
     time_s=s t_s=s x_s= joint_s= time_ms=ms TIME_MS=ms frame_ms=ms time_Ms= time_us=us loop_us=us pressure_us=
     flow_us= uS= g_uS= g_mS= time_ns=ns p_Ns= angle_deg=deg angle_rad=rad theta_rad=rad force_rad=
     pressure_psi=psi p_psi=psi angle_psi= yaw_psi= euler_psi= winkel_grad=deg pressure_grad= displacement_mm=mm
-    x_mm=mm X_MM=mm x_Mm= x_um=um x_uM= x_mM= volume_ml= flow_lpm= valve_A= i_A=A speed_rpm=
+    x_mm=mm X_MM=mm x_Mm= x_um=um x_uM= x_mM= volume_ml=ml flow_lpm= valve_A= i_A=A speed_rpm=
 """
 
 SLASHES = """
@@ -148,3 +148,35 @@ def test_another_column_may_show_that_an_ending_is_no_unit(
 ) -> None:
     for order in itertools.permutations(range(len(names))):
         assert units_of(*(names[k] for k in order)) == [units[k] for k in order]
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("H_Oe", "Oe"),
+        ("coil_kOe", "kOe"),
+        ("B_G", "G"),
+        ("hall_field_mT", "mT"),
+        ("volume_ml", "ml"),
+        ("V_mL", "mL"),
+        ("H [Oe]", "Oe"),
+        # An acceleration, a centre of gravity, a mass, and a prediction.
+        ("acc_G", ""),
+        ("x_G", ""),
+        ("load_g", ""),
+        ("b_g", ""),
+        ("force_ml", ""),
+        ("enable_OE", ""),
+    ],
+)
+def test_gauss_oersted_and_millilitre_are_known_where_nothing_else_is_meant(
+    name: str, unit: str
+) -> None:
+    assert parse_unit(name)[1] == unit
+
+
+def test_a_loop_of_gauss_over_oersted_is_a_loss() -> None:
+    """1 G times 1 Oe is 1 erg / (4 pi cm3), 0.1 / (4 pi) J/m3."""
+    factor, unit = work_unit("Oe", "G")
+    assert unit == "J/m3" and factor == pytest.approx(0.1 / (4.0 * np.pi))
+    assert work_unit("bar", "ml") == (pytest.approx(0.1), "J")

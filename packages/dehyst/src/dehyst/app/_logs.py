@@ -21,6 +21,7 @@ from dehyst.app.requests import (
     IdentifyRequest,
     LogsRequest,
     LoopsRequest,
+    SensorRequest,
     SimulateRequest,
 )
 from dehyst.arrays import Array
@@ -41,6 +42,8 @@ if TYPE_CHECKING:
 Read: TypeAlias = tuple[Path, str | None, Recording]  # log, run, what was read
 Shares: TypeAlias = Callable[[float], None]  # takes the share of a log that was read
 R = TypeVar("R", IdentifyRequest, CompareRequest, LoopsRequest)
+# What may name input and output in two files.
+Pairs: TypeAlias = IdentifyRequest | CompareRequest | LoopsRequest | SensorRequest
 
 # Dimensions that a scheduling column may have; a unit that is not known passes.
 LOAD = "load"
@@ -90,14 +93,14 @@ def files_of(logs: Sequence[Path]) -> list[Path]:
     return [place.path for place in places]
 
 
-def typed_clocks(request: IdentifyRequest | CompareRequest | LoopsRequest) -> str | None:
+def typed_clocks(request: Pairs) -> str | None:
     """What --clocks has to be typed again, None for the default."""
     if request.clocks == "auto":
         return None
     return request.clocks
 
 
-def _refuse_two_names(request: IdentifyRequest | CompareRequest | LoopsRequest) -> None:
+def refuse_two_names(request: Pairs) -> None:
     """Refuse options that name columns a second time, or clocks where there is one file."""
     if io_kit.two_places(request.logs) is None:
         if request.clocks != "auto":
@@ -124,7 +127,7 @@ def named_columns(command: str, request: R, quiet: bool) -> R:
     ColumnError
         If names and units leave a choice; the columns have been printed on the error stream then.
     """
-    _refuse_two_names(request)
+    refuse_two_names(request)
     if (request.input and request.output) or io_kit.two_places(request.logs):
         return request
     # Not loaded where columns are named.
@@ -171,12 +174,12 @@ def _choice(command: str, log: Path, summary: LogSummary) -> ColumnError:
 
 
 def read_logs(
-    request: IdentifyRequest | CompareRequest | LoopsRequest, progress: Shares
+    request: Pairs, progress: Shares, cards: Sequence[SignalCard] | None = None
 ) -> list[Read]:
     """Return the recordings of a request whose columns are named, each with its log and run."""
     places = io_kit.two_places(request.logs)
     if places is not None:
-        return with_schedules(request, _read_two_files(request, *places))
+        return with_schedules(request, _read_two_files(request, *places), cards)
     columns = request.input or "", request.output or ""
     read: list[Read] = []
     for log in request.logs:
@@ -184,11 +187,11 @@ def read_logs(
             for part in parts_of(request):
                 record = read_log(log, *columns, run=run, progress=progress, **part)
                 read.append((log, run, record))
-    return with_schedules(request, read)
+    return with_schedules(request, read, cards)
 
 
 def _read_two_files(
-    request: IdentifyRequest | CompareRequest | LoopsRequest,
+    request: Pairs,
     input: tuple[Path, str],
     output: tuple[Path, str],
 ) -> list[Read]:

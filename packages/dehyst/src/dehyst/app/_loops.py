@@ -73,7 +73,7 @@ def _print(measured: Loops, records: Sequence[Recording], request: LoopsRequest)
             "half of the loop was measured; the other half is the same turned about the centre, as --symmetric says",
             soft_wrap=True,
         )
-    print_findings(_findings(records))
+    print_findings(findings_of(records))
     following = ""
     if request.out is None:
         logs = request.logs[:1]
@@ -86,16 +86,19 @@ def _print(measured: Loops, records: Sequence[Recording], request: LoopsRequest)
             output=request.output,
             dt=request.dt,
             clocks=typed_clocks(request),
+            symmetric=request.symmetric,
             out="loops.svg",
         )
     print_end(following, picture=request.out)
 
 
-def _findings(records: Sequence[Recording]) -> list[Finding]:
-    """What reading found, each once."""
+def findings_of(records: Sequence[Recording]) -> list[Finding]:
+    """What reading found, each once; that a fit needs more loops is no news of those that were measured."""
     unique: dict[Finding, None] = {}
     for record in records:
-        unique.update(dict.fromkeys(record.findings))
+        for finding in record.findings:
+            if finding.code != "few-loops":
+                unique[finding] = None
     return list(unique)
 
 

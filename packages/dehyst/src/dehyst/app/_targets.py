@@ -22,6 +22,7 @@ EXCITATION = "dehyst design: "
 BAND = "dehyst band: "
 FAMILIES = "dehyst compare: "
 LOOPS = "dehyst loops: "
+SENSOR = "dehyst sensor: "
 MUSCLE = '"format": "dehyst-muscle"'
 MUSCLES = "dehyst muscle: "
 RIGS = "dehyst rig: "
@@ -34,12 +35,13 @@ OTHERS = {
     BAND: "no picture of an unknown memory",
     FAMILIES: "no picture of dehyst compare",
     LOOPS: "no picture of dehyst loops",
+    SENSOR: "no picture of dehyst sensor",
     MUSCLE: "no muscle of dehyst",
     MUSCLES: "no picture of dehyst muscle",
     RIGS: "no picture of dehyst rig",
     REPRODUCTION: "no result of dehyst reproduce",
 }
-PICTURES = (EXCITATION, FAMILIES, LOOPS, MUSCLES, RIGS)
+PICTURES = (EXCITATION, FAMILIES, LOOPS, SENSOR, MUSCLES, RIGS)
 MARKED = 2000  # characters at the beginning of a file, in which the mark stands
 
 

@@ -241,6 +241,31 @@ class LoopsRequest(LogsRequest):
 
 
 @dataclass(frozen=True, eq=False)
+class SensorRequest(LogsRequest):
+    """Data sheet of a sensor: non-linearity, hysteresis, creep, repeatability; with a model also those corrected."""
+
+    logs: tuple[Path, ...] = argument(
+        "One log file or several of one sensor; or two files: u.csv:READING y.csv:QUANTITY.",
+        metavar="log",
+    )
+    input: str | None = option("Column of the reading of the sensor.", flag="--reading")
+    output: str | None = option("Column of the true quantity, of a reference.", flag="--quantity")
+    clocks: str = option(default="auto", metavar=CLOCKS)
+    line: str = option(
+        "Straight line that sensitivity and errors are measured from: terminal, through both ends; best, of the least "
+        "largest deviation; zero, that through the lower end.",
+        "terminal",
+        metavar="terminal|best|zero",
+    )
+    model: Path | None = option(
+        "Model file of `dehyst identify`: the same figures of the corrected reading, on what it was not fitted to."
+    )
+    out: Path | None = option("Picture of where each figure is measured, .svg or .png, or .html.")
+    overwrite: bool = option(default=False)
+    json: bool = option(default=False)
+
+
+@dataclass(frozen=True, eq=False)
 class ExampleRequest:
     """Write an example log: a simulated joint with Maxwell slip and creep."""
 

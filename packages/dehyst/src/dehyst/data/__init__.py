@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from dehyst.data._recording import require_recordings as require_recordings
     from dehyst.data._repeats import counted_once as counted_once
     from dehyst.data._repeats import refuse_repeated as refuse_repeated
+    from dehyst.data._sensor import sensor_data_sheet as sensor_data_sheet
     from dehyst.data._speeds import top_speed as top_speed
 
 __getattr__, __dir__, __all__ = lazy_names(
@@ -43,6 +44,7 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_ranges": "range_of range_over robust_range",
         "_recording": "MINIMUM_SAMPLES Recording require_recordings",
         "_repeats": "counted_once refuse_repeated",
+        "_sensor": "sensor_data_sheet",
         "_speeds": "top_speed",
     },
 )

@@ -223,9 +223,16 @@ class _Measures:
         if spot.completed:
             gap = 0.0
         values = {name: reading.value for name, reading in readings.items()}
+        # What only rounding makes is nothing.
+        if values["area"] < ROUNDING * self.factor * float(np.ptp(x)) * self.output_range:
+            values["area"] = 0.0
+        if abs(gap) < 100.0 * ROUNDING:
+            gap = 0.0
         # A cell is as wide as a twenty-fourth of the loop, where the middle is read at one place.
         widest = max(float(np.max(np.abs(openings))), np.nan_to_num(readings["width"].value))
-        opening = 100.0 * widest / self.output_range
+        opening = 0.0
+        if widest > ROUNDING * self.output_range:
+            opening = 100.0 * widest / self.output_range
         errors = {name: reading.error for name, reading in readings.items()}
         # A cell has a twenty-fourth of the samples of either branch.
         samples = max(1.0, x.size / (2.0 * openings.size))

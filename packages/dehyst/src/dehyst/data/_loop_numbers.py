@@ -44,7 +44,14 @@ class LoopEstimate:
             return f"{self.value:.4g}{unit}"
         decimals = max(0, 1 - math.floor(math.log10(half)))
         if decimals > MOST_DECIMALS or abs(self.value) >= LARGE:
-            return f"{self.value:.3g} +- {half:.2g}{unit}"
+            digits = 3
+            if self.value:
+                digits = max(3, 2 + math.floor(math.log10(abs(self.value) / half)))
+            # Zeros at the end count: 0.004000 +- 0.000005.
+            number = f"{self.value:#.{digits}g}".rstrip(".")
+            if not self.value:
+                number = "0"
+            return f"{number} +- {half:.2g}{unit}"
         return f"{self.value:.{decimals}f} +- {half:.{decimals}f}{unit}"
 
     @property
@@ -227,12 +234,12 @@ class Loops(Plotted):
     @property
     def input_label(self) -> str:
         """Axis label of the input, ``name [unit]``."""
-        return _labelled(self.input_name, self.units["input"])
+        return labelled(self.input_name, self.units["input"])
 
     @property
     def output_label(self) -> str:
         """Axis label of the output, ``name [unit]``."""
-        return _labelled(self.output_name, self.units["output"])
+        return labelled(self.output_name, self.units["output"])
 
     @property
     def orientation(self) -> str:
@@ -307,7 +314,8 @@ class Loops(Plotted):
         }
 
 
-def _labelled(name: str, unit: str) -> str:
+def labelled(name: str, unit: str) -> str:
+    """Return ``name [unit]``, or the name alone."""
     if unit:
         return f"{name} [{unit}]"
     return name

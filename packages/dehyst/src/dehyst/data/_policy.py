@@ -186,6 +186,28 @@ class DataPolicy:
     # Where only the numbers of the largest loops are wanted, so many of these are enough for a mean. [loops]
     most_largest: int = 50
 
+    # A data sheet measures strokes that go over this share of the quantity's range.
+    full_stroke: float = 0.9
+    # A quantity is at rest within a band of this share of its range, noise included, ...
+    hold_band: float = 0.01
+    # ... for this share of the time of a full stroke: a ramp leaves the band in less than half of it, ...
+    hold_time: float = 0.025
+    # ... if half of its samples lie within this share of the band: at the turn of a sine they fill half of it.
+    hold_flat: float = 0.25
+    # A calibration goes in steps if its strokes rest so often between their ends; read is what stands when a step
+    # ends. [rests]
+    fewest_steps: int = 3
+    # Creep is that of a hold of this share of the time of a full stroke at least: shorter ones end before it shows.
+    creep_time: float = 0.1
+    # It is measured in this share of the range at either end of it, as load cells are.
+    creep_end: float = 0.1
+    # A first cycle is named as the cause of the spread if this share of it, or less, is left without it.
+    first_cycle: float = 0.5
+    # The largest of twenty places that is no more than so many standard errors of each is noise. [standard errors]
+    above_noise: float = 3.0
+    # A full-scale output below this share of the range of the reading is none: the reading comes back.
+    least_output: float = 0.05
+
     # The input of a choice moves once it has left a band around its last place: noise at rest is no way. [half ranges]
     still_band: float = 0.004
     # All rests together have this share of the weight of a choice at most, however long they are.

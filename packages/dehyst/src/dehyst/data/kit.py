@@ -4,6 +4,10 @@ from dehyst.lazy import lazy_names
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from dehyst.data._sensor_sheet import LINES as LINES
+    from dehyst.data._sensor_sheet import DataSheet as DataSheet
+    from dehyst.data._sensor_sheet import SheetFigure as SheetFigure
+    from dehyst.data._sensor_sheet import label_of as label_of
     from dehyst.data._spread import FOLDS as FOLDS
     from dehyst.data._spread import SpreadRows as SpreadRows
     from dehyst.data._spread import folds_of as folds_of
@@ -12,5 +16,9 @@ if TYPE_CHECKING:
     from dehyst.data._spread import spread_rows as spread_rows
 
 __getattr__, __dir__, __all__ = lazy_names(
-    "dehyst.data.kit", {"_spread": "FOLDS SpreadRows folds_of score_of shares_of spread_rows"}
+    "dehyst.data.kit",
+    {
+        "_sensor_sheet": "DataSheet LINES SheetFigure label_of",
+        "_spread": "FOLDS SpreadRows folds_of score_of shares_of spread_rows",
+    },
 )

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from dehyst.monitoring._result import Trend as Trend
     from dehyst.monitoring._result import other_way as other_way
     from dehyst.monitoring._result import without_exponent as without_exponent
+    from dehyst.monitoring._sensor import CorrectedReadings as CorrectedReadings
+    from dehyst.monitoring._sensor import corrected_readings as corrected_readings
 
 __getattr__, __dir__, __all__ = lazy_names(
     "dehyst.monitoring",
@@ -26,5 +28,6 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_parts": "JudgedModel NAMES",
         "_procedure": "drift",
         "_result": "Acceptance Drift LogDrift PartChange ScoredBlocks Trend other_way without_exponent",
+        "_sensor": "CorrectedReadings corrected_readings",
     },
 )

@@ -8,6 +8,7 @@ from html import escape
 from typing import Any
 
 from dehyst.data import Loops, Recording
+from dehyst.data.kit import DataSheet
 from dehyst.errors import ParameterError
 from dehyst.identification import Comparison, Fit
 from dehyst.monitoring import Drift
@@ -17,6 +18,7 @@ from dehyst.report._drift import drift_figures
 from dehyst.report._figures.loops import loop_figure
 from dehyst.report._loops import loops_figure
 from dehyst.report._parts import Axes, PageFigure, Panel
+from dehyst.report._sensor import sheet_figure
 from dehyst.report._svg import panel_svg
 from dehyst.report._text import short
 from dehyst.report._theme import FIFTH, PAPER, TRAIN, settings, style, variables
@@ -49,6 +51,7 @@ def _recording(rec: Recording) -> PageFigure:
 FIGURES: Mapping[type, Callable[[Any], PageFigure]] = {
     Recording: _recording,
     Loops: loops_figure,
+    DataSheet: sheet_figure,
     Fit: loop_figure,
     Comparison: lambda comparison: comparison_figures(comparison)[0],
     Drift: lambda drift: drift_figures(drift)[0],
@@ -70,8 +73,8 @@ def figure_of(thing: object) -> PageFigure:
     )
     if draw is None:
         raise ParameterError(
-            f"a {type(thing).__name__} has no picture. What can be drawn: a Recording, its Loops, the Fit of "
-            f"identify, a Comparison, a Drift and the run of a trial."
+            f"a {type(thing).__name__} has no picture. What can be drawn: a Recording, its Loops, a data sheet, the "
+            f"Fit of identify, a Comparison, a Drift and the run of a trial."
         )
     return draw(thing)
 
@@ -82,7 +85,8 @@ def plot(thing: object, ax: Axes = None) -> Axes:
     Parameters
     ----------
     thing
-        A `Recording`, its `Loops`, the `Fit` of identify, a `Comparison`, a `Drift` or the run of a trial.
+        A `Recording`, its `Loops`, the data sheet of a sensor, the `Fit` of identify, a `Comparison`, a `Drift` or the
+        run of a trial.
     ax
         Matplotlib axes to draw into; None: a new figure.
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from dehyst.report._parts import warnings_section as warnings_section
     from dehyst.report._pictures import write_band as write_band
     from dehyst.report._pictures import write_excitation_figure as write_excitation_figure
+    from dehyst.report._sensor import write_data_sheet as write_data_sheet
     from dehyst.report._svg import write_picture as write_picture
     from dehyst.report._text import between as between
     from dehyst.report._text import count as count
@@ -45,6 +46,7 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_page": "write_page",
         "_parts": "WIDTH notes_section numbered tables_section warnings_section",
         "_pictures": "write_band write_excitation_figure",
+        "_sensor": "write_data_sheet",
         "_svg": "write_picture",
         "_text": "between count flattened listed number plain short",
         "_theme": "AXIS CYCLE DATA FIFTH INK MODEL MUTED PAPER TEST TRAIN",
