@@ -42,6 +42,7 @@ for _name in MODULES:
 
 
 @pytest.mark.slow
+@pytest.mark.spread(len(ROOMS))
 @pytest.mark.parametrize("room", ROOMS)
 def test_the_examples_in_the_docstrings_run(room: str, capsys: pytest.CaptureFixture[str]) -> None:
     failed = [

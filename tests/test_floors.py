@@ -162,6 +162,7 @@ def faults(source, parts, package="dehyst"):
 
 
 @pytest.mark.slow
+@pytest.mark.spread(len(SOURCES))
 @pytest.mark.parametrize("package", SOURCES)
 def test_a_module_imports_from_lower_floors_only(package):
     against = {}
