@@ -25,10 +25,11 @@ SAME = 0.02  # paths that differ by less than this share of the dead band are on
 RATIOS = np.linspace(0.0, 1.0, 3)  # J/S of the first grid
 FINE_RATIOS = 7  # of each finer one
 FIRST, FINE = 45, 13  # dead bands of the first grid, and of each finer one
-ROUNDS = 3  # of finer grids
+FINER, PITS = 7, 4  # dead bands around each of so many pits of the first grid
+ROUNDS = 2  # of grids around the best valve
 DRAWS = 100  # of the block bootstrap
 FEWEST_BLOCKS, MOST_BLOCKS = 8, 12
-FINEST, COARSEST = 200, 40  # samples a cycle of the valve's path, and of the regression
+FINEST, COARSEST = 200, 60  # samples a cycle of the valve's path, and of the regression
 HARMONICS = 7  # of an external periodic disturbance
 PERIODS = np.linspace(-1.5, 1.5, 13)  # cycles that its frequency may differ over the log
 
@@ -69,7 +70,7 @@ class ValveFit:
     """The best sticking valve of a log.
 
     `unseen` is the largest dead band that the log does not exclude where a valve that follows does as well. `signal`
-    is the controller output and `path` the position at steps of the fit, `direction` the sign of the process's gain,
+    is the controller output and `path` the position at steps of the fit,
     `profile` dead bands and Schwarz's criterion of each against a valve that follows.
     """
 
@@ -83,7 +84,6 @@ class ValveFit:
     cycles: float
     signal: Array
     path: Array
-    direction: float
     profile: tuple[Array, Array]
 
 
@@ -230,15 +230,15 @@ class _Search:
         dead_bands = largest * np.linspace(0.0, 1.0, FIRST)[1:] ** 1.5
         first = _Tried(self, _Grid.of(dead_bands, RATIOS, (True, False)))
         profile = _profile(first.grid, first.scores - without)
-        # Seen from sample to sample the right valve is a narrow pit; without a past it is a wide one.
-        finer = [_Tried(self, first.around(first.best)), _Tried(self, first.around(first.widest))]
+        # Seen from sample to sample the right valve is a narrow pit, whose edge alone the first grid may meet.
+        finer = [_Tried(self, first.near(centre)) for centre in first.pits()]
+        for one in finer:
+            profile = _with_profile(profile, _profile(one.grid, one.scores - without))
         tried = min(finer, key=lambda one: float(one.scores.min()))
-        for _ in range(ROUNDS - 1):
-            tried = _Tried(self, tried.around(tried.best))
+        for _ in range(ROUNDS):
+            tried = _Tried(self, tried.around())
         k, chosen = tried.best, tried.structure
         gains = linear.block_errors(plain, 0) - tried.sums.block_errors(chosen, k)
-        past, taps = chosen
-        a = tried.sums.coefficients(chosen, k)
         best = float(tried.scores[k])
         evidence = Evidence(without - best, self._periodic() - best, _steadiness(gains))
         return ValveFit(
@@ -252,7 +252,6 @@ class _Search:
             log.cycles,
             log.signal,
             tried.path[:, k],
-            float(np.sign(a[past : past + taps].sum())),
             profile,
         )
 
@@ -282,15 +281,35 @@ class _Tried:
         self.scores, structures = self.sums.criterion(more=2)
         self.best = int(self.scores.argmin())
         self.structure = structures[self.best]
+        # Without a past the pit is a wide one.
         self.widest = int(self.sums.errors((0, self.sums.taps)).argmin())
         self.drawn = self.sums.redrawn_errors(self.structure, search.weights).argmin(axis=1)
 
-    def around(self, centre: int) -> _Grid:
-        """Return a finer grid around a valve, and around those of the bootstrap if it is the best one."""
+    def pits(self) -> list[int]:
+        """Return the valves around which a finer grid may find a better one."""
+        dead_bands, scores = _profile(self.grid, self.scores)
+        edge = np.concatenate(([np.inf], scores, [np.inf]))
+        pits = np.flatnonzero((scores <= edge[:-2]) & (scores <= edge[2:]))
+        deepest = pits[np.argsort(scores[pits], kind="stable")][:PITS]
+        centres = []
+        for pit in deepest:
+            here = np.flatnonzero(self.grid.dead_band == dead_bands[pit])
+            centres.append(int(here[self.scores[here].argmin()]))
+        if self.widest not in centres:
+            centres.append(self.widest)
+        return centres
+
+    def near(self, centre: int) -> _Grid:
+        """Return a finer grid around one valve, with all jumps."""
+        middle = self.grid.dead_band[[centre]]
+        step = _step(self.grid.dead_band, middle)
+        dead_bands = np.linspace(max(middle[0] - step, 0.1 * middle[0]), middle[0] + step, FINER)
+        return _Grid.of(dead_bands, RATIOS, (True, False))
+
+    def around(self) -> _Grid:
+        """Return a finer grid around the best valve and those of the bootstrap."""
         grid = self.grid
-        chosen = np.array([centre])
-        if centre == self.best:
-            chosen = np.append(self.drawn, centre)
+        chosen = np.append(self.drawn, self.best)
         near = grid.dead_band[chosen]
         step = _step(grid.dead_band, near)
         dead_bands = np.linspace(max(near.min() - step, 0.1 * near.min()), near.max() + step, FINE)
@@ -326,6 +345,15 @@ def _profile(grid: _Grid, scores: Array) -> tuple[Array, Array]:
     dead_bands = np.unique(grid.dead_band)
     best = [float(scores[grid.dead_band == one].min()) for one in dead_bands]
     return dead_bands, np.array(best)
+
+
+def _with_profile(
+    first: tuple[Array, Array], second: tuple[Array, Array]
+) -> tuple[Array, Array]:
+    """Return two profiles in one, rising in the dead band."""
+    dead_bands = np.concatenate((first[0], second[0]))
+    order = np.argsort(dead_bands, kind="stable")
+    return dead_bands[order], np.concatenate((first[1], second[1]))[order]
 
 
 def _unseen(dead_bands: Array, scores: Array) -> float:

@@ -307,12 +307,9 @@ class ControlLaw:
     ----------
     explained
         Share of the variance of the changes of the controller output that follows from set point less measurement.
-    direction
-        1 if the output rises with the error, -1 if it falls.
     """
 
     explained: float
-    direction: float
 
 
 def control_law(output: Array, measurement: Array, setpoint: Array | None = None) -> ControlLaw:
@@ -328,9 +325,8 @@ def control_law(output: Array, measurement: Array, setpoint: Array | None = None
     Examples
     --------
     >>> pv = np.random.default_rng(0).normal(size=500)
-    >>> law = control_law(np.cumsum(-0.1 * pv) - 0.5 * pv, pv)
-    >>> law.explained > 0.999, law.direction
-    (True, 1.0)
+    >>> control_law(50.0 + np.cumsum(-0.1 * pv) - 0.5 * pv, pv).explained > 0.999
+    True
     """
     error = -measurement
     if setpoint is not None:
@@ -342,10 +338,10 @@ def control_law(output: Array, measurement: Array, setpoint: Array | None = None
     changes, columns = changes[free], columns[free]
     total = float(np.sum((changes - changes.mean()) ** 2)) if changes.size else 0.0
     if total == 0.0:
-        return ControlLaw(0.0, 0.0)
+        return ControlLaw(0.0)
     b = np.linalg.lstsq(columns, changes, rcond=None)[0]
     left = float(np.sum((changes - columns @ b) ** 2))
-    return ControlLaw(max(1.0 - left / total, 0.0), float(np.sign(b[0])))
+    return ControlLaw(max(1.0 - left / total, 0.0))
 
 
 def exchanged(loop: ControlLoop) -> Finding | None:

@@ -24,7 +24,7 @@ class ValvePolicy:
     # The gain over a valve that follows is in all parts of the record, not in one, from so many standard errors on. [-]
     steady: float = 2.0
     # The record has power if dead bands above this share of the swing are excluded.
-    seen: float = 0.25
+    seen: float = 0.3
     # In automatic a valve that makes its loop swing has a dead band of most of the swing; in simulated loops that others
     # made swing irregularly, apparent dead bands were below this share of it.
     causes: float = 0.35
@@ -53,7 +53,7 @@ class ValvePolicy:
     # The dead band that it is made for is no smaller than this. [% of controller output]
     least_test: float = 1.0
     # A rest of the test takes so many periods of the loop: most processes have answered by then. [periods]
-    test_rest: float = 0.25
+    test_rest: float = 0.3
 
 
 POLICY = ValvePolicy()

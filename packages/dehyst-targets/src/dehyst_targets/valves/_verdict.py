@@ -15,7 +15,7 @@ from dehyst_targets.valves._loop import ControlLaw, ControlLoop, control_law, ex
 from dehyst_targets.valves._policy import POLICY
 
 STICKS, NO_SIGN, UNKNOWN = "sticks", "no sign", "not identifiable"
-RUNS = (6, -5, 7, -8, 5, -6, 8, -7)  # steps up and down of the test in manual
+RUNS = (6, -5, 7, -8, 5, -6, 8, -7, 4, -6, 7, -5)  # steps up and down of the test in manual
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +77,7 @@ class ValveVerdict:
         evidence = self.fit.evidence
         law = None
         if self.law is not None:
-            law = {"explained": self.law.explained, "direction": self.law.direction}
+            law = {"explained": self.law.explained}
         return {
             "format": "dehyst-valve",
             "kind": self.kind,
@@ -156,7 +156,7 @@ def judge_valve(loop: ControlLoop, *, seed: int = 0) -> ValveVerdict:
     law = None
     if loop.measurement is not None:
         law = control_law(loop.output, loop.measurement, loop.setpoint)
-    mode = _mode(law, fit)
+    mode = _mode(law)
     kind, grade, reason = _judged(fit, mode, loop.position is not None)
     return ValveVerdict(
         kind,
@@ -173,14 +173,13 @@ def judge_valve(loop: ControlLoop, *, seed: int = 0) -> ValveVerdict:
     )
 
 
-def _mode(law: ControlLaw | None, fit: ValveFit) -> str:
-    """Whether the controller was in automatic: its output opposes the measurement, and follows from it."""
+def _mode(law: ControlLaw | None) -> str:
+    """Whether the controller was in automatic: its output follows from the measurement."""
     if law is None:
         return "unclear"
-    opposes = law.direction == fit.direction
-    if opposes and law.explained >= POLICY.certain_law:
+    if law.explained >= POLICY.certain_law:
         return "automatic"
-    if law.explained < POLICY.no_law or not opposes:
+    if law.explained < POLICY.no_law:
         return "manual"
     return "unclear"
 
