@@ -159,6 +159,8 @@ class _Log:
         means = answer[: self.size * self.step].reshape(self.size, -1).mean(axis=1)
         self.deviation = float(means.std())
         self.answer = (means - means.mean()) / max(self.deviation, 1e-300)
+        # A valve that comes free is seen to a sample.
+        self.move = float(np.median(np.abs(np.diff(self.means(self.signal[:, None])[:, 0]))))
         self.nearest = nearest
         self.blocks = int(np.clip(round(self.cycles), FEWEST_BLOCKS, MOST_BLOCKS))
 
@@ -234,16 +236,20 @@ class _Search:
         finer = [_Tried(self, first.near(centre)) for centre in first.pits()]
         for one in finer:
             profile = _with_profile(profile, _profile(one.grid, one.scores - without))
+        all_tried = [first, *finer]
         tried = min(finer, key=lambda one: float(one.scores.min()))
         for _ in range(ROUNDS):
             tried = _Tried(self, tried.around())
+            all_tried.append(tried)
         k, chosen = tried.best, tried.structure
         gains = linear.block_errors(plain, 0) - tried.sums.block_errors(chosen, k)
         best = float(tried.scores[k])
         evidence = Evidence(without - best, self._periodic() - best, _steadiness(gains))
+        limit = best + POLICY.excluded + POLICY.inexact * max(without - best, 0.0)
+        possible = [one.scores <= limit for one in all_tried]
         return ValveFit(
-            tried.estimate(tried.grid.dead_band),
-            tried.estimate(tried.grid.jump),
+            tried.estimate("dead_band", all_tried, possible, log.move),
+            tried.estimate("jump", all_tried, possible, log.move),
             bool(tried.grid.moves_on[k]),
             evidence,
             _unseen(*profile),
@@ -322,12 +328,21 @@ class _Tried:
             modes = (True, False)
         return _Grid.of(dead_bands, np.linspace(ends[0], ends[1], FINE_RATIOS), modes)
 
-    def estimate(self, values: Array) -> Estimate:
-        """Return the best value of one number, and its interval of 95 %, half a step of the grid included."""
+    def estimate(
+        self, name: str, all_tried: list[_Tried], possible: list[Mask], move: float
+    ) -> Estimate:
+        """Return the best value of one number and its interval of 95 %.
+
+        The interval holds the values of the bootstrap and of all valves that are possible; half a step of the grid, and
+        half of what the signal moves from sample to sample, are added.
+        """
+        values: Array = getattr(self.grid, name)
         value = float(values[self.best])
-        low, high = np.percentile(values[self.drawn], [2.5, 97.5])
-        half = 0.5 * _step(values, values[[self.best]])
-        return Estimate(value, max(min(float(low), value) - half, 0.0), max(float(high), value) + half)
+        ends = list(np.percentile(values[self.drawn], [2.5, 97.5]))
+        for one, which in zip(all_tried, possible, strict=True):
+            ends += getattr(one.grid, name)[which].tolist()
+        half = 0.5 * max(_step(values, values[[self.best]]), move)
+        return Estimate(value, max(min(*ends, value) - half, 0.0), max(*ends, value) + half)
 
 
 def _step(values: Array, near: Array) -> float:
