@@ -19,6 +19,8 @@ class ValvePolicy:
     # A dead band is excluded if Schwarz's criterion is higher by this than for a valve that follows (10: very strong, by
     # Kass and Raftery). [-]
     excluded: float = 10.0
+    # No model is exact: valves whose gain over one that follows falls short of the best one's by this share are possible.
+    inexact: float = 0.05
     # Among so many valves the best one falls below the one that follows by chance, hence twice that. [-]
     certain: float = 20.0
     # The gain over a valve that follows is in all parts of the record, not in one, from so many standard errors on. [-]
