@@ -36,7 +36,10 @@ def noise_of(level, seed):
     """Return noise of a standard deviation that lasts LASTS seconds, and a little white one."""
     rng = np.random.default_rng(seed)
     memory = math.exp(-STEP / LASTS)
-    values, pushes = np.zeros(SAMPLES), level * math.sqrt(1.0 - memory**2) * rng.normal(size=SAMPLES)
+    values, pushes = (
+        np.zeros(SAMPLES),
+        level * math.sqrt(1.0 - memory**2) * rng.normal(size=SAMPLES),
+    )
     for k in range(1, SAMPLES):
         values[k] = memory * values[k - 1] + pushes[k]
     return values + 0.1 * level * rng.normal(size=SAMPLES)
@@ -68,28 +71,56 @@ def main() -> int:
     options = parser.parse_args()
     warnings.simplefilter("ignore", UserWarning)
     time = STEP * np.arange(SAMPLES)
-    shape = 4.0 * np.sin(0.2 * np.pi * time) * (1.0 - 0.6 * time / time[-1]) + np.sin(0.74 * np.pi * time)
+    shape = 4.0 * np.sin(0.2 * np.pi * time) * (1.0 - 0.6 * time / time[-1]) + np.sin(
+        0.74 * np.pi * time
+    )
     rows, missed = [], 0
-    for amplitude, level, controller, seed in itertools.product((1.0, 0.25), (0.03, 0.1, 0.3), CONTROLLERS, (1, 2, 3)):
+    for amplitude, level, controller, seed in itertools.product(
+        (1.0, 0.25), (0.03, 0.1, 0.3), CONTROLLERS, (1, 2, 3)
+    ):
         reference, noise = amplitude * shape, noise_of(level, seed)
         command, measured = servo(reference, noise, controller)
         quiet, still = servo(reference, np.zeros(SAMPLES), controller)
         path = Path(tempfile.mkdtemp()) / "log.csv"
-        write_csv(path, {"time_s": time, "reference_mm": reference, "command_V": command, "measured_mm": measured})
+        write_csv(
+            path,
+            {
+                "time_s": time,
+                "reference_mm": reference,
+                "command_V": command,
+                "measured_mm": measured,
+            },
+        )
         closed = read_log(path, "command", "measured")
         warned = "closed-loop" in {finding.code for finding in closed.findings}
         missed += not warned
-        planned = dehyst.Recording(quiet, still + noise_of(level, seed + 100), time, input_unit="V", output_unit="mm")
+        planned = dehyst.Recording(
+            quiet, still + noise_of(level, seed + 100), time, input_unit="V", output_unit="mm"
+        )
         figures = []
         for log in (closed, planned):
             answer = dehyst.identify(log, "pi", n=20).model.simulate(quiet)
             # The level is not the question, and the start is not known.
             late = slice(1000, None)
             left = (answer - still)[late]
-            figures.append((100.0 * left.std() / np.ptp(still[late]), np.polyfit(still[late], answer[late], 1)[0]))
+            figures.append(
+                (
+                    100.0 * left.std() / np.ptp(still[late]),
+                    np.polyfit(still[late], answer[late], 1)[0],
+                )
+            )
         share = float(np.var(command - quiet) / np.var(command))
         numbers = (share, figures[0][0], figures[1][0], figures[0][1], figures[1][1])
-        rows.append((amplitude, level, controller, seed, *(f"{number:.4f}" for number in numbers), int(warned)))
+        rows.append(
+            (
+                amplitude,
+                level,
+                controller,
+                seed,
+                *(f"{number:.4f}" for number in numbers),
+                int(warned),
+            )
+        )
         print(*rows[-1], flush=True)
     with options.out.open("w", encoding="utf-8", newline="") as file:
         csv.writer(file, lineterminator="\n").writerows([COLUMNS, *rows])

@@ -27,8 +27,10 @@ import numpy as np
 
 ROOT = Path(__file__).parents[1]
 OUT = ROOT / "docs" / "generate" / "valves.csv"
-COLUMNS = ("group", "process", "valve", "case", "seed", "S", "J", "kind", "grade", "mode", "S_fit", "S_low", "S_high",
-           "J_fit", "J_low", "J_high", "excluded_above", "swing", "over_linear", "over_periodic", "steadiness")  # fmt: skip
+COLUMNS = (
+    "group", "process", "valve", "case", "seed", "S", "J", "kind", "grade", "mode", "S_fit", "S_low", "S_high", "J_fit",
+    "J_low", "J_high", "excluded_above", "swing", "over_linear", "over_periodic", "steadiness",
+)  # fmt: skip
 PROCESSES = ("flow", "pressure", "level", "temperature")
 VALVES = ("choudhury", "kano", "he", "friction")
 STICKING = {  # name -> dead band, jump, noise, load
@@ -86,16 +88,18 @@ def measured(job: tuple[str, str, str, str, int]) -> tuple[object, ...]:
         rng = np.random.default_rng(seed)
         position = (logged["MV"] + 0.1 * rng.normal(size=logged["MV"].size))[part]
     record = ControlLoop.of(
-        logged["OP"][part], logged["PV"][part], logged["SP"][part], position, time=logged["time_s"][part]
+        logged["OP"][part],
+        logged["PV"][part],
+        logged["SP"][part],
+        position,
+        time=logged["time_s"][part],
     )
     verdict = judge_valve(record)
     if group == "manual":
         loop.manual = step_test(verdict)[1]
         loop.samples, loop.seed = loop.manual.size, seed + 100
         logged = loop.run()
-        verdict = judge_valve(
-            ControlLoop.of(logged["OP"], logged["PV"], time=logged["time_s"])
-        )
+        verdict = judge_valve(ControlLoop.of(logged["OP"], logged["PV"], time=logged["time_s"]))
     true = truth(simulated["VALVES"][loop.valve], loop)
     fit, evidence = verdict, verdict.fit.evidence
     numbers = (
@@ -150,7 +154,9 @@ def main() -> int:
     for row in rows:
         sticks = row["kind"] == "sticks"
         linear = row["valve"] == "linear" and float(row["S"]) == 0.0
-        alarms += linear and sticks and row["grade"] == "good" and not row["case"].startswith("irregular")
+        alarms += (
+            linear and sticks and row["grade"] == "good" and not row["case"].startswith("irregular")
+        )
         if sticks and not linear:
             told += 1
             covered += float(row["S_low"]) <= float(row["S"]) <= float(row["S_high"])

@@ -31,6 +31,7 @@ class Linear:
         del dead_band, jump, period, at
 
     def step(self, signal: float) -> float:
+        """Return the position after a sample of the signal."""
         return signal
 
 
@@ -46,6 +47,7 @@ class Choudhury:
         self.is_stuck = False
 
     def step(self, signal: float) -> float:
+        """Return the position after a sample of the signal."""
         direction = float(np.sign(signal - self.last))
         if direction != self.last_direction and not self.is_stuck:
             # A turn needs all of the dead band, a rest only the jump.
@@ -74,6 +76,7 @@ class Kano:
         self.friction, self.last_change, self.is_stuck = 1.0, 0.0, False
 
     def step(self, signal: float) -> float:
+        """Return the position after a sample of the signal."""
         change = signal - self.last
         if change * self.last_change <= 0.0 and not self.is_stuck:
             self.stuck_at, self.is_stuck = self.last, True
@@ -98,6 +101,7 @@ class He:
         self.residue, self.last, self.position = 0.0, at, at
 
     def step(self, signal: float) -> float:
+        """Return the position after a sample of the signal."""
         force = self.residue + signal - self.last
         self.last = signal
         if abs(force) <= self.static:
@@ -111,8 +115,8 @@ class He:
 class Friction:
     """Mass, spring, damping, lagging actuator, and dry friction that falls from static to kinetic with speed.
 
-    Karnopp's way to stand still. The numbers beside the friction are assumptions of the size of a small pneumatic valve:
-    natural frequency 50 rad/s, damping 0.1 s of the spring, actuator 0.3 s, Stribeck speed 1 %/s.
+    Karnopp's way to stand still. The numbers beside the friction are assumptions, of a small pneumatic valve: natural
+    frequency 50 rad/s, damping 0.1 s of the spring, actuator 0.3 s, Stribeck speed 1 %/s.
     """
 
     STEP, STIFFNESS, DAMPING, LAG, STRIBECK = 0.005, 2500.0, 250.0, 0.3, 1.0
@@ -124,6 +128,7 @@ class Friction:
         self.speed = 0.0
 
     def step(self, signal: float) -> float:
+        """Return the position after a sample of the signal."""
         h, k = self.STEP, self.STIFFNESS
         share = 1.0 - math.exp(-h / self.LAG)
         p, x, v = self.actuator, self.position, self.speed
@@ -254,6 +259,7 @@ def _wave(wave: tuple[str, float, float] | None, time: Array, rng: np.random.Gen
 
 
 def main() -> None:
+    """Write a log."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("out", type=Path)
     parser.add_argument("--valve", default="kano", choices=list(VALVES))

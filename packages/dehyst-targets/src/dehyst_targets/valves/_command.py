@@ -23,6 +23,7 @@ from dehyst.io import format_csv
 from dehyst.shell import command, visible
 from dehyst_targets.valves._figure import TITLE, write_valve_figure
 from dehyst_targets.valves._loop import read_control_loop
+from dehyst_targets.valves._policy import POLICY
 from dehyst_targets.valves._requests import ValveRequest
 from dehyst_targets.valves._verdict import UNKNOWN, ValveVerdict, judge_valve, step_test
 
@@ -78,7 +79,7 @@ def _write_test(verdict: ValveVerdict, request: ValveRequest) -> None:
 
 def _print(verdict: ValveVerdict, request: ValveRequest) -> None:
     out = app_kit.terminal()
-    out.print(verdict.words, style="bold")
+    out.print(verdict.words, style="bold", soft_wrap=True)
     grade = f"grade: {verdict.grade.words}"
     if verdict.reason and verdict.kind != UNKNOWN:
         grade = f"{grade}, {verdict.reason}"
@@ -97,16 +98,22 @@ def _rows(verdict: ValveVerdict) -> list[tuple[str, str, str]]:
     unit = "samples"
     if verdict.loop.is_timed:
         unit = "s"
+    cycles = f"{fit.cycles:g} cycles of about {fit.period * verdict.loop.period:.4g} {unit}"
+    counts = f"Schwarz's criterion, above {POLICY.certain:g} counts"
     rows = [
-        ("controller output swings by", f"{fit.swing:.3g} %", f"{fit.cycles:g} cycles of about {fit.period * verdict.loop.period:.4g} {unit}"),
+        ("controller output swings by", f"{fit.swing:.3g} %", cycles),
         ("controller", verdict.mode, _law_words(verdict)),
-        ("sticking valve over one that follows", f"{evidence.over_linear:+.0f}", "Schwarz's criterion, above 20 counts"),
-    ]  # fmt: skip
+        ("sticking over following", f"{evidence.over_linear:+.0f}", counts),
+    ]
     if verdict.loop.position is None and verdict.mode != "manual":
-        rows.append(
-            ("over a disturbance of one period", f"{evidence.over_periodic:+.0f}", "the same")
+        rows.append(("sticking over disturbed", f"{evidence.over_periodic:+.0f}", counts))
+    rows.append(
+        (
+            "gain over standard error",
+            f"{evidence.steadiness:.1f}",
+            f"between blocks, above {POLICY.steady:g} counts",
         )
-    rows.append(("gain over its standard error", f"{evidence.steadiness:.1f}", "over parts of the record, above 2 counts"))
+    )
     return rows
 
 
@@ -124,10 +131,14 @@ def _following(verdict: ValveVerdict, request: ValveRequest) -> str:
         return _line(request, figure="valve.svg")
     if request.test is None:
         return _line(request, test="test.csv")
-    columns = command("valve", "NEW.csv", output=request.output, measurement=request.measurement, position=request.position)
-    return (
-        f"put the controller in manual, run {visible(str(request.test))} as its output, log it; then\n{columns}"
+    columns = command(
+        "valve",
+        "NEW.csv",
+        output=request.output,
+        measurement=request.measurement,
+        position=request.position,
     )
+    return f"put the controller in manual, run {visible(str(request.test))} as its output, log it; then\n{columns}"
 
 
 def _line(request: ValveRequest, **more: object) -> str:

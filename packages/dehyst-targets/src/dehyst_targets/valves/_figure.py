@@ -34,8 +34,16 @@ def write_valve_figure(path: str | PathLike[str], verdict: ValveVerdict) -> Path
     """
     panels = [
         Panel("What answers", _answer(verdict), "What was measured over the controller output."),
-        Panel("Valve of the fit", _valve(verdict), "Position of the fitted valve, its dead band and jump."),
-        Panel("Which dead bands", _profile(verdict), "Criterion over the dead band; the valve that follows is at zero."),
+        Panel(
+            "Valve of the fit",
+            _valve(verdict),
+            "Position of the fitted valve, its dead band and jump.",
+        ),
+        Panel(
+            "Which dead bands",
+            _profile(verdict),
+            "Criterion over the dead band; the valve that follows is at zero.",
+        ),
     ]
     figure = PageFigure("valve", verdict.words, verdict.loop.name, tuple(panels))
     return report_kit.write_picture(figure, path, f"{TITLE}{verdict.loop.name}", headed=True)
@@ -80,6 +88,12 @@ def _profile(verdict: ValveVerdict) -> Draw:
     dead_bands, scores = verdict.fit.profile
     lines = [
         PanelLine(dead_bands, scores, MODEL),
-        PanelLine(dead_bands[[0, -1]], np.full(2, POLICY.excluded), MUTED, "excluded above", dashes="dashed"),
+        PanelLine(
+            dead_bands[[0, -1]],
+            np.full(2, POLICY.excluded),
+            MUTED,
+            "excluded above",
+            dashes="dashed",
+        ),
     ]
     return chart("dead band [% of controller output]", "criterion", lines, zero=True)

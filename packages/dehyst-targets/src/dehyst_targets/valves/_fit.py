@@ -9,8 +9,8 @@ Practice 17, 2009, ask for one.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -252,7 +252,7 @@ class _Search:
             tried.estimate("jump", all_tried, possible, log.move),
             bool(tried.grid.moves_on[k]),
             evidence,
-            _unseen(*profile),
+            max(_unseen(*profile), log.move),
             log.swing,
             log.period,
             log.cycles,
@@ -362,9 +362,7 @@ def _profile(grid: _Grid, scores: Array) -> tuple[Array, Array]:
     return dead_bands, np.array(best)
 
 
-def _with_profile(
-    first: tuple[Array, Array], second: tuple[Array, Array]
-) -> tuple[Array, Array]:
+def _with_profile(first: tuple[Array, Array], second: tuple[Array, Array]) -> tuple[Array, Array]:
     """Return two profiles in one, rising in the dead band."""
     dead_bands = np.concatenate((first[0], second[0]))
     order = np.argsort(dead_bands, kind="stable")
@@ -381,7 +379,7 @@ def _unseen(dead_bands: Array, scores: Array) -> float:
 
 def _steadiness(gains: Array) -> float:
     spread = float(gains.std(ddof=1))
-    return float(gains.mean()) / max(spread / gains.size**0.5, 1e-300)
+    return float(gains.mean()) / max(spread / math.sqrt(gains.size), 1e-300)
 
 
 def fit_valve(output: Array, answer: Array, *, measured_directly: bool, seed: int = 0) -> ValveFit:

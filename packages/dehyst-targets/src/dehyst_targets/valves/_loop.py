@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -147,11 +147,13 @@ def _refuse(signals: Mapping[str, Array], name: str) -> None:
         )
     for role, values in signals.items():
         if not np.all(np.isfinite(values)):
-            raise RecordingError(f"the {role} of {name} holds what is no number. Leave those rows out.")
+            raise RecordingError(
+                f"the {role} of {name} holds what is no number. Leave those rows out."
+            )
         if role != "setpoint" and np.ptp(values) <= 1e-9 * max(1.0, float(np.abs(values).max())):
             raise RecordingError(
-                f"the {role} of {name} stands still at {values[0]:g}: nothing can be told of a valve that is not moved. "
-                f"Name another column, or export a time in which it moves.",
+                f"the {role} of {name} stands still at {values[0]:g}: nothing can be told of a valve that is not "
+                f"moved. Name another column, or export a time in which it moves.",
                 role=role,
             )
 
@@ -186,8 +188,8 @@ def _evenly(
         findings.append(
             Finding(
                 "valve-gap",
-                f"the log has {edges.size - 2} gaps; nobody knows how the valve moved in them. The longest part without "
-                f"one counts, {part.stop - part.start} of {time.size} samples.",
+                f"the log has {edges.size - 2} gaps; nobody knows how the valve moved in them. The longest part "
+                f"without one counts, {part.stop - part.start} of {time.size} samples.",
             )
         )
     own = time[part]
@@ -228,8 +230,8 @@ def read_control_loop(
     setpoint, output, measurement, position
         Columns; by default those that are called SP, OP, PV, position.
     span
-        Values of the controller output at 0 and 100 %; by default 0 and 100, of a column in mA 4 and 20, of values from 0
-        to 1 these.
+        Values of the controller output at 0 and 100 %; by default 0 and 100, of a column in mA 4 and 20, of values from
+        0 to 1 these.
     **reading
         `time`, `time_unit`, `run`, `start`, `stop`, `dt` and `sheet`, as for `dehyst.read_log`.
 
@@ -249,7 +251,12 @@ def read_control_loop(
     >>> read_control_loop(log).output.size
     400
     """
-    typed = {"setpoint": setpoint, "output": output, "measurement": measurement, "position": position}
+    typed = {
+        "setpoint": setpoint,
+        "output": output,
+        "measurement": measurement,
+        "position": position,
+    }
     columns = _columns(path, typed, reading)
     read = read_columns(path, columns, **reading)
     values = dict(read.values)
@@ -272,15 +279,17 @@ def _columns(
     choices = {key: reading[key] for key in ("run", "time_unit", "dt", "sheet") if key in reading}
     names = [column.name for column in inspect_log(path, **choices).columns]
     for role, own in NAMES.items():
-        fitting = [name for name in names if own & set(words(name)) and name not in columns.values()]
+        fitting = [
+            name for name in names if own & set(words(name)) and name not in columns.values()
+        ]
         if role not in columns and len(fitting) == 1:
             columns[role] = fitting[0]
     if "output" in columns and ("measurement" in columns or "position" in columns):
         return columns
     line = command("valve", Path(path), setpoint="SP", output="OP", measurement="PV")
     raise ColumnError(
-        f"the columns of {visible(Path(path).name)} do not say which one is the controller output and which one answers: "
-        f"{', '.join(map(visible, names))}. Name them, as in {line}",
+        f"the columns of {visible(Path(path).name)} do not say which one is the controller output and which one "
+        f"answers: {', '.join(map(visible, names))}. Name them, as in {line}",
         columns=tuple(names),
     )
 
@@ -292,8 +301,8 @@ def _span(output: Array, unit: str) -> tuple[tuple[float, float], list[Finding]]
         return (0.0, 1.0), [
             Finding(
                 "valve-span",
-                f"the controller output runs from {output.min():g} to {output.max():g}: it is taken for a share, 0 to 1. "
-                f"If it is in percent, type --span 0 100.",
+                f"the controller output runs from {output.min():g} to {output.max():g}: it is taken for a share, 0 to "
+                f"1. If it is in percent, type --span 0 100.",
             )
         ]
     return (0.0, 100.0), []
@@ -344,23 +353,46 @@ def control_law(output: Array, measurement: Array, setpoint: Array | None = None
     return ControlLaw(max(1.0 - left / total, 0.0))
 
 
-def exchanged(loop: ControlLoop) -> Finding | None:
-    """Return a finding if another order of the columns is that of a controller, and the one that was named is not."""
+def exchanged(loop: ControlLoop) -> str:
+    """Return what is wrong with the order of the columns, "" where nothing is certain.
+
+    An order is wrong where another one makes the controller explain its output, and the one that was named does not; or
+    where the measurement hardly ever changes and the set point always does.
+    """
     if loop.measurement is None or loop.setpoint is None:
-        return None
-    named = (loop.setpoint, loop.output, loop.measurement)
-    if control_law(named[1], named[2], named[0]).explained >= POLICY.certain_law:
-        return None
+        return ""
+    changing = [_changing(values) for values in (loop.setpoint, loop.measurement)]
+    if changing[1] < POLICY.held and changing[0] > 0.5:
+        return (
+            f"the measurement changes in {100.0 * changing[1]:.2g} % of the samples and the set point in "
+            f"{100.0 * changing[0]:.2g} %: they look exchanged. Exchange --setpoint and --measurement."
+        )
+    if control_law(loop.output, loop.measurement, loop.setpoint).explained >= POLICY.certain_law:
+        return ""
     orders = {
-        "the controller output and the measurement": (named[0], named[2], named[1]),
-        "the set point and the controller output": (named[1], named[0], named[2]),
-    }
-    for words_, (setpoint, output, measurement) in orders.items():
-        scaled = replace(loop, output=output).output
-        if control_law(scaled, measurement, setpoint).explained >= POLICY.certain_law:
-            return Finding(
-                "valve-columns",
-                f"{words_} look exchanged: the other way round a controller explains its output, as the columns are named "
-                f"it does not. Exchange the columns.",
+        ("the controller output and the measurement", "--output and --measurement"): (
+            loop.measurement, loop.output, loop.setpoint,
+        ),
+        ("the set point and the controller output", "--setpoint and --output"): (
+            loop.setpoint, loop.measurement, loop.output,
+        ),
+    }  # fmt: skip
+    for (names, flags), (output, measurement, setpoint) in orders.items():
+        if (
+            _moves(output)
+            and control_law(output, measurement, setpoint).explained >= POLICY.certain_law
+        ):
+            return (
+                f"{names} look exchanged: the other way round a controller explains its output, as the columns are "
+                f"named it does not. Exchange {flags}."
             )
-    return None
+    return ""
+
+
+def _changing(values: Array) -> float:
+    """Share of the samples at which a signal changes."""
+    return float(np.mean(np.diff(values) != 0.0))
+
+
+def _moves(values: Array) -> bool:
+    return _changing(values) > POLICY.held

@@ -16,10 +16,11 @@ class ValvePolicy:
     swing: float = 0.4
     # A dead band as wide as the swing of the controller output never lets the valve move.
     largest_dead_band: float = 0.97
-    # A dead band is excluded if Schwarz's criterion is higher by this than for a valve that follows (10: very strong, by
-    # Kass and Raftery). [-]
+    # A dead band is excluded if Schwarz's criterion is higher by this than for a valve that follows (10: very strong,
+    # by Kass and Raftery). [-]
     excluded: float = 10.0
-    # No model is exact: valves whose gain over one that follows falls short of the best one's by this share are possible.
+    # No model is exact: valves whose gain over one that follows falls short of the best one's by this share are
+    # possible.
     inexact: float = 0.05
     # Among so many valves the best one falls below the one that follows by chance, hence twice that. [-]
     certain: float = 20.0
@@ -27,8 +28,8 @@ class ValvePolicy:
     steady: float = 2.0
     # The record has power if dead bands above this share of the swing are excluded.
     seen: float = 0.3
-    # In automatic a valve that makes its loop swing has a dead band of most of the swing; in simulated loops that others
-    # made swing irregularly, apparent dead bands were below this share of it.
+    # In automatic a valve that makes its loop swing has a dead band of most of the swing; in simulated loops that
+    # others made swing irregularly, apparent dead bands were below this share of it.
     causes: float = 0.35
     # An interval of the dead band that is wider than this share of it asks for care.
     wide: float = 0.5

@@ -10,9 +10,11 @@ from dehyst.app import Command, argument, option
 
 @dataclass(frozen=True, eq=False)
 class ValveRequest:
-    """Tell from a record of a control loop whether its valve sticks: dead band and jump. Status 4: it cannot be told."""
+    """Tell from a record of a control loop whether its valve sticks: dead band and jump. Status 4: cannot tell."""
 
-    log: Path = argument("Record of the loop: time, set point SP, controller output OP, measurement PV.")
+    log: Path = argument(
+        "Record of the loop: time, set point SP, controller output OP, measurement PV."
+    )
     setpoint: str | None = option("Column of the set point; by default SP.")
     output: str | None = option("Column of the controller output; by default OP.")
     measurement: str | None = option("Column of the measurement; by default PV.")
@@ -27,7 +29,9 @@ class ValveRequest:
     run: str | None = option()
     start: float | None = option()
     stop: float | None = option()
-    test: Path | None = option("Write a test in manual to this CSV file: time and controller output.")
+    test: Path | None = option(
+        "Write a test in manual to this CSV file: time and controller output."
+    )
     figure: Path | None = option()
     overwrite: bool = option(default=False)
     json: bool = option(default=False)

@@ -58,9 +58,10 @@ class ValveVerdict:
     def words(self) -> str:
         """The verdict on one line."""
         if self.kind == NO_SIGN:
-            return (
-                f"no sign of stiction: a dead band above {self.excluded_above:.2g} % of controller output is excluded"
+            above = (
+                f"a dead band above {self.excluded_above:.2g} % of controller output is excluded"
             )
+            return f"no sign of stiction: {above}"
         if self.kind == UNKNOWN:
             return f"not identifiable: {self.reason}"
         name = "stiction"
@@ -68,9 +69,7 @@ class ValveVerdict:
             name = "dead band without a jump"
         elif self.jump.low < POLICY.least_jump * self.dead_band.value:
             name = "dead band, perhaps with a jump"
-        return (
-            f"{name}: S = {_with_interval(self.dead_band)} of controller output, J = {_with_interval(self.jump)}"
-        )
+        return f"{name}: S = {_with_interval(self.dead_band)} of controller output, J = {_with_interval(self.jump)}"
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything as plain values, as ``dehyst valve --json`` prints it."""
@@ -96,7 +95,6 @@ class ValveVerdict:
                 "over_linear": evidence.over_linear,
                 "over_periodic": evidence.over_periodic,
                 "steadiness": evidence.steadiness,
-                "tails": evidence.tails,
             },
             "controller": law,
             "warnings": [finding.as_dict() for finding in self.findings],
@@ -144,15 +142,13 @@ def judge_valve(loop: ControlLoop, *, seed: int = 0) -> ValveVerdict:
     ('sticks', True)
     """
     wrong = exchanged(loop)
-    if wrong is not None:
-        raise ColumnError(f"{loop.name}: {wrong}")
+    if wrong:
+        raise ColumnError(f"of {loop.name} {wrong}")
     answer = loop.measurement
     if loop.position is not None:
         answer = loop.position
     assert answer is not None
-    fit = fit_valve(
-        loop.output, answer, measured_directly=loop.position is not None, seed=seed
-    )
+    fit = fit_valve(loop.output, answer, measured_directly=loop.position is not None, seed=seed)
     law = None
     if loop.measurement is not None:
         law = control_law(loop.output, loop.measurement, loop.setpoint)
@@ -194,17 +190,15 @@ def _judged(fit: ValveFit, mode: str, is_position: bool) -> tuple[str, Grade, st
             f"the controller output swings {fit.cycles:g} times, and {POLICY.fewest_cycles:g} are needed to see what "
             f"repeats",
         )
-    is_better = (
-        evidence.over_linear > POLICY.certain and evidence.steadiness > POLICY.steady
-    )
+    is_better = evidence.over_linear > POLICY.certain and evidence.steadiness > POLICY.steady
     if not is_better:
         if fit.unseen <= POLICY.seen * swing and evidence.over_linear < POLICY.certain:
             return NO_SIGN, Grade.GOOD, ""
         return (
             UNKNOWN,
             Grade.BAD,
-            f"a valve that follows explains the record as well as one that sticks, and dead bands up to {fit.unseen:.2g} "
-            f"% of controller output are not excluded",
+            f"a valve that follows explains the record as well as one that sticks, and dead bands up to "
+            f"{fit.unseen:.2g} % of controller output are not excluded",
         )
     dead_band = fit.dead_band
     if not is_position and mode != "manual":
@@ -218,8 +212,8 @@ def _judged(fit: ValveFit, mode: str, is_position: bool) -> tuple[str, Grade, st
             return (
                 UNKNOWN,
                 Grade.BAD,
-                f"a dead band of {dead_band.value:.2g} % is small against the swing of the controller output, {swing:.2g} "
-                f"%, so that something else swings the loop, and irregular disturbances look like a dead band",
+                f"a dead band of {dead_band.value:.2g} % is small against the swing of the controller output, "
+                f"{swing:.2g} %, so that something else swings the loop, and irregular disturbances look alike",
             )
     if dead_band.high - dead_band.low > POLICY.wide * dead_band.value:
         return STICKS, Grade.CARE, "the interval is wide"
@@ -234,8 +228,8 @@ def _about_ends(output: Array) -> tuple[Finding, ...]:
     return (
         Finding(
             "valve-saturated",
-            f"the controller output stands at an end of its span in {100.0 * share:.0f} % of the samples: there the valve is "
-            f"not moved, and tells nothing. Export a time in which the loop works within its span.",
+            f"the controller output stands at an end of its span in {100.0 * share:.0f} % of the samples: there the "
+            f"valve is not moved, and tells nothing. Export a time in which the loop works within its span.",
         ),
     )
 
@@ -274,7 +268,7 @@ def step_test(verdict: ValveVerdict) -> tuple[Array, Array]:
     low = float(np.clip(np.median(loop.output), 0.5 * swing, 100.0 - 0.5 * swing)) - 0.5 * swing
     rest = max(round(POLICY.test_rest * fit.period), 3)
     output = np.repeat(low + places - places.min(), rest)
-    return loop.period * np.arange(output.size), output
+    return np.asarray(loop.period * np.arange(output.size)), np.asarray(output)
 
 
 def _steps() -> Array:

@@ -63,7 +63,7 @@ class Status(IntEnum):
     )
     CANNOT_TELL = (
         4,
-        "`drift`, or the last report of `watch`, cannot tell whether something changed; `valve` whether the valve sticks",
+        "`drift`, or the last report of `watch`, cannot tell whether something changed, or `valve` whether one sticks",
     )
     LOST = (
         5,

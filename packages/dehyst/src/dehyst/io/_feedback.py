@@ -51,15 +51,18 @@ def closed_loop_findings(
     u = table.columns[x_name][mask]
     low, high = float(np.nanmin(u)), float(np.nanmax(u))
     line = command(
-        "design", range=(f"{low:.3g}", f"{high:.3g}"), unit=table.label(x_name)[1] or None, out="command.csv"
+        "design",
+        range=(f"{low:.3g}", f"{high:.3g}"),
+        unit=table.label(x_name)[1] or None,
+        out="command.csv",
     )
     return [
         Finding(
             "closed-loop",
             f"a controller made '{x_name}' from '{feedback.setpoint}' less '{y_name}': this explains "
-            f"{100.0 * feedback.explained:.3g} % of its changes, and {100.0 * feedback.reacts:.2g} % of them answer to what "
-            f"'{y_name}' does by itself, noise included. A fit takes that for a cause, and comes out biased. Switch the "
-            f"controller off and log a motion that is planned before: {line}",
+            f"{100.0 * feedback.explained:.3g} % of its changes, and {100.0 * feedback.reacts:.2g} % of them answer "
+            f"to what '{y_name}' does by itself, noise included. A fit takes that for a cause, and comes out biased. "
+            f"Switch the controller off and log a motion that is planned before: {line}",
         )
     ]
 
