@@ -36,7 +36,7 @@ def test_what_cannot_be_told_ends_with_status_4_and_writes_the_test(run, tmp_pat
 @pytest.mark.slow
 def test_the_picture_is_drawn_and_another_file_is_not_overwritten(run, loop_csv, tmp_path):
     picture = tmp_path / "valve.svg"
-    status, out, _ = run("valve", str(loop_csv), "--figure", str(picture))
+    status, _, _ = run("valve", str(loop_csv), "--figure", str(picture))
     assert status == 0
     assert "S =" in picture.read_text()
     status, _, err = run("valve", str(loop_csv), "--figure", str(loop_csv))

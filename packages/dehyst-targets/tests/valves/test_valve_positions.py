@@ -1,4 +1,4 @@
-"""Positions of sticking valves, against closed forms and the models of the literature as examples/valve_loop.py has them."""
+"""Positions of sticking valves, against closed forms and the models of the literature in examples/valve_loop.py."""
 
 import numpy as np
 import pytest
@@ -19,6 +19,7 @@ def path(signal, dead_band, jump, **more):
     return valve_positions(signal, np.array([dead_band]), np.array([jump]), **more)[:, 0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("model", "moves_on"), [("choudhury", True), ("kano", True), ("he", False)]
 )
@@ -34,6 +35,7 @@ def test_after_a_large_swing_a_valve_is_that_of_the_literature(model, moves_on, 
     assert np.allclose(ours[400:], theirs[400:], atol=1e-9)
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 200), dead_band=st.floats(0.0, 6.0))
 def test_without_a_jump_it_is_a_play_of_the_width_of_the_dead_band(seed, dead_band):
     signal = wander(seed)
@@ -46,6 +48,7 @@ def test_without_a_jump_it_is_a_play_of_the_width_of_the_dead_band(seed, dead_ba
         assert np.allclose(path(signal, dead_band, 0.0, moves_on=moves_on), play, atol=1e-9)
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 200), ratio=st.floats(0.0, 1.0))
 def test_friction_never_holds_more_than_static_friction(seed, ratio):
     signal = wander(seed)

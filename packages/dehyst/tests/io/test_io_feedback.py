@@ -29,6 +29,7 @@ def test_inspect_names_it_too(tmp_path):
     assert "closed-loop" in {finding.code for finding in summary.findings}
 
 
+@pytest.mark.slow
 @given(noise=st.floats(0.0, 0.5))
 def test_a_command_that_was_planned_is_not_accused_even_if_it_was_logged_twice(
     noise, tmp_path_factory
@@ -48,6 +49,7 @@ def test_a_log_that_design_planned_is_not_accused(tmp_path, noise):
     assert "closed-loop" not in codes(columns, tmp_path)
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 100), gain=st.sampled_from([-2.0, 0.5, 3.0]))
 def test_an_output_that_answers_within_a_sample_is_no_controller(seed, gain, tmp_path_factory):
     rng = np.random.default_rng(seed)
