@@ -4,9 +4,8 @@
 
 Loops of examples/valve_loop.py: four valve models, none written like the one that is fitted, on four processes, with
 controls that swing without a sticking valve, records with the position, and tests in manual. A case that the file has
-already is not run again. docs/build.py makes the tables of docs/how-to/valves.md from the file. Status 1 if a linear
-loop is said to stick with a good grade, its disturbance one of one period, or if intervals of the dead band cover less
-than three of four.
+already is not run again. docs/build.py makes the tables of docs/how-to/valves.md from the file. Status 1 if more than one
+linear loop in twenty is said to stick, or if intervals of the dead band cover less than three of four.
 
 Truth of the valve with mass is what it does in a slow ramp without noise: static friction is what was set, and the jump
 is the mean of its jumps.
@@ -28,7 +27,7 @@ import numpy as np
 ROOT = Path(__file__).parents[1]
 OUT = ROOT / "docs" / "generate" / "valves.csv"
 COLUMNS = (
-    "group", "process", "valve", "case", "seed", "S", "J", "kind", "grade", "mode", "S_fit", "S_low", "S_high", "J_fit",
+    "group", "process", "valve", "case", "seed", "S", "J", "kind", "mode", "S_fit", "S_low", "S_high", "J_fit",
     "J_low", "J_high", "excluded_above", "swing", "over_linear", "over_periodic", "steadiness",
 )  # fmt: skip
 PROCESSES = ("flow", "pressure", "level", "temperature")
@@ -110,7 +109,6 @@ def measured(job: tuple[str, str, str, str, int]) -> tuple[object, ...]:
         *job,
         *(f"{number:.3f}" for number in true),
         verdict.kind,
-        str(verdict.grade),
         verdict.mode,
         *(f"{number:.3f}" for number in numbers),
     )
@@ -150,18 +148,19 @@ def main() -> int:
             print(*row, flush=True)
     with options.out.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
-    alarms, told, covered = 0, 0, 0
+    alarms = controls = told = covered = 0
     for row in rows:
         sticks = row["kind"] == "sticks"
-        linear = row["valve"] == "linear" and float(row["S"]) == 0.0
-        alarms += (
-            linear and sticks and row["grade"] == "good" and not row["case"].startswith("irregular")
-        )
-        if sticks and not linear:
+        if float(row["S"]) == 0.0:
+            controls += 1
+            alarms += sticks
+        elif sticks:
             told += 1
             covered += float(row["S_low"]) <= float(row["S"]) <= float(row["S_high"])
-    print(f"{alarms} false alarms; {covered} of {told} intervals of the dead band cover the truth")
-    return int(alarms > 0 or covered < 0.75 * told)
+    print(
+        f"{alarms} false alarms of {controls}; {covered} of {told} intervals of the dead band cover the truth"
+    )
+    return int(alarms > 0.05 * controls or covered < 0.75 * told)
 
 
 if __name__ == "__main__":

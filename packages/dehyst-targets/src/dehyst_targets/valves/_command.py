@@ -19,6 +19,7 @@ from dehyst.app import (
 )
 from dehyst.app import kit as app_kit
 from dehyst.files import write_atomically
+from dehyst.findings import Grade
 from dehyst.io import format_csv
 from dehyst.shell import command, visible
 from dehyst_targets.valves._figure import TITLE, write_valve_figure
@@ -125,7 +126,7 @@ def _law_words(verdict: ValveVerdict) -> str:
 
 def _following(verdict: ValveVerdict, request: ValveRequest) -> str:
     """Return what to type or to do next."""
-    if verdict.kind != UNKNOWN:
+    if verdict.kind != UNKNOWN and (verdict.grade is Grade.GOOD or request.test is not None):
         if request.figure is not None:
             return ""
         return _line(request, figure="valve.svg")
