@@ -273,7 +273,7 @@ def main() -> None:
     process = PROCESSES[options.process]
     loop = Loop(process, options.valve, options.dead_band, options.jump, seed=options.seed)
     if options.wave:
-        loop.wave = (options.wave, 3.0, 40.0 * process.lags[0])
+        loop.wave = (options.wave, 3.0, 13.0 * process.lags[0])
     if options.test:
         rows = np.loadtxt(options.test, delimiter=",", skiprows=1)
         loop.manual, loop.samples = rows[:, 1], len(rows)

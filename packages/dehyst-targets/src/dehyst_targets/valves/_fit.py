@@ -252,7 +252,7 @@ class _Search:
             tried.estimate("jump", all_tried, possible, log.move),
             bool(tried.grid.moves_on[k]),
             evidence,
-            max(_unseen(*profile), log.move),
+            max(_unseen(*profile), float(np.mean(np.abs(np.diff(log.signal))))),
             log.swing,
             log.period,
             log.cycles,
