@@ -81,10 +81,11 @@ def _write_test(verdict: ValveVerdict, request: ValveRequest) -> None:
 def _print(verdict: ValveVerdict, request: ValveRequest) -> None:
     out = app_kit.terminal()
     out.print(verdict.words, style="bold", soft_wrap=True)
-    grade = f"grade: {verdict.grade.words}"
-    if verdict.reason and verdict.kind != UNKNOWN:
-        grade = f"{grade}, {verdict.reason}"
-    out.print(grade)
+    if verdict.kind != UNKNOWN:
+        grade = f"grade: {verdict.grade.words}"
+        if verdict.reason:
+            grade = f"{grade}, {verdict.reason}"
+        out.print(grade)
     out.print()
     rows = table(("", ">", ""), _rows(verdict))
     rows.show_header = False

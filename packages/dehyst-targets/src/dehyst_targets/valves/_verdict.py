@@ -135,7 +135,7 @@ def judge_valve(loop: ControlLoop, *, seed: int = 0) -> ValveVerdict:
     --------
     >>> from dehyst_targets.valves import ControlLoop, judge_valve, valve_positions
     >>> rng = np.random.default_rng(0)
-    >>> op = 50 + 8 * np.sin(np.arange(1500) / 12) + 2 * np.sin(np.arange(1500) / 31)
+    >>> op = 50 + 0.8 * np.convolve(rng.normal(size=1600), np.ones(30), "valid")[:1500]
     >>> position = valve_positions(op, np.array([4.0]), np.array([2.0]))[:, 0] + 0.1 * rng.normal(size=1500)
     >>> verdict = judge_valve(ControlLoop.of(op, position=position))
     >>> verdict.kind, abs(verdict.dead_band.value - 4.0) < 0.2
