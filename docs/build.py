@@ -47,6 +47,7 @@ from generate import (  # noqa: E402 - found beside this file
     stale,
     targets,
     thresholds,
+    valves,
     which_model,
 )
 
@@ -107,6 +108,9 @@ PARTS = {
     ("explanation/rivals.md", "pairs"): rivals.pairs,
     ("explanation/rivals.md", "budgets"): rivals.budgets,
     ("explanation/rivals.md", "lost"): rivals.lost,
+    ("how-to/valves.md", "sticking"): valves.sticking,
+    ("how-to/valves.md", "controls"): valves.controls,
+    ("how-to/valves.md", "closed loop"): valves.closed_loop,
     ("explanation/validate-the-plant.md", "results"): plant_fit.page,
     ("../benchmarks/README.md", "output of speed.py"): speed.console,
 }

@@ -68,6 +68,14 @@ INNER = {  # floors inside large rooms and inside the packages beside the kernel
         {"_figure"},
         {"_command"},
     ),
+    "dehyst_targets/valves": (
+        {"_policy", "_requests"},
+        {"_positions", "_regression"},
+        {"_fit", "_loop"},
+        {"_verdict"},
+        {"_figure"},
+        {"_command"},
+    ),
     "dehyst_targets": ({"iec", "wrapped"}, {"st", "fmu", "rust", "ada"}, {"fmu2", "fmu3"}),
     "dehyst_studio": (
         {"live", "strays", "requests"},

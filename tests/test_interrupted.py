@@ -135,6 +135,7 @@ WRITING = {
     "muscle": ("--save", "made.json"),
     "design": ("--out", "made.csv"),
     "backlash": ("--sheet", "made.csv", "--gcode", "made.ngc"),
+    "valve": ("--test", "made.csv"),
     "sweep": ("--out", "made.csv", "--figure", "made.svg"),
     "reproduce": ("--out", "made", "--json", "made.json"),
 }

@@ -23,6 +23,7 @@ import dehyst
 from dehyst.data import measure_loops, sensor_data_sheet
 from dehyst.io import example_recording
 from dehyst_targets.backlash import AxisReadings, lost_motion, make_table, plan_measurement
+from dehyst_targets.valves import ControlLoop, judge_valve
 from generate import bouc_wen, demo, model_figures, reviewed, speed, which_model
 from generate.joint import respond
 
@@ -414,6 +415,28 @@ def backlash() -> Figure:
     return figure
 
 
+def valves() -> Figure:
+    """The simulated loop of the how-to: what answered, and the valve that was fitted."""
+    loop = runpy.run_path(str(ROOT / "examples" / "valve_loop.py"))
+    columns = loop["Loop"](loop["PROCESSES"]["flow"]).run()
+    record = ControlLoop.of(columns["OP"], columns["PV"], columns["SP"], time=columns["time_s"])
+    verdict = judge_valve(record)
+    fit, figure = verdict.fit, Figure(figsize=(9.6, 3.6), layout="constrained")
+    left, right = figure.subplots(1, 2, sharex=True)
+    left.plot(record.output[400:], columns["PV"][400:], color=GREY, lw=0.7)
+    left.set(title="measured", xlabel="controller output [%]", ylabel="measurement [%]")
+    right.plot(fit.signal[400:], fit.path[400:], color=BLUE, lw=0.8)
+    right.set(title="fitted valve", xlabel="controller output [%]", ylabel="valve [%]")
+    across, up = (0.5 * (part[400:].min() + part[400:].max()) for part in (fit.signal, fit.path))
+    half, jump = 0.5 * verdict.dead_band.value, 0.5 * verdict.jump.value
+    arrow = {"arrowstyle": "<->", "color": ORANGE}
+    right.annotate("", (across + half, up), (across - half, up), arrowprops=arrow)
+    right.annotate("", (across + half, up + jump), (across + half, up - jump), arrowprops=arrow)
+    right.text(across, up, "S", color=ORANGE, va="bottom")
+    right.text(across + half, up + 0.5 * jump, " J", color=ORANGE)
+    return figure
+
+
 def another_signal() -> Figure:
     """Loops of the warm actuator of the how-to at three temperatures, with and without the temperature in the model."""
     rig = runpy.run_path(str(ROOT / "examples" / "warm_actuator.py"))
@@ -564,6 +587,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "stack": stack,
     "excitation": excitation,
     "backlash": backlash,
+    "valves": valves,
     "another-signal": another_signal,
     "resonance": resonance,
     "speed": speed_over_operators,

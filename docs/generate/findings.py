@@ -34,6 +34,7 @@ are reported too, with row numbers, so that nothing happens silently.
 IO, APP, FIT = SOURCE / "io", SOURCE / "app", SOURCE / "identification"
 MUSCLES = PACKAGES[2] / "muscles"
 BACKLASH = PACKAGES[1] / "backlash"
+VALVES = PACKAGES[1] / "valves"
 ROOMS = {
     "Reading": IO,
     "Identification": FIT,
@@ -41,6 +42,7 @@ ROOMS = {
     "Using": APP,
     "Muscles": MUSCLES,
     "Backlash": BACKLASH,
+    "Valves": VALVES,
 }
 
 
@@ -358,6 +360,17 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Units or names say that the input follows and the output drives (an angle as input, a pressure as "
             "output).",
             "Swap `--input` and `--output`, if so.",
+        ),
+    },
+    "Reading a log: closed loop": {
+        "closed-loop": (
+            "A controller made the input from the output and a set point, which is another column of the log. Said if "
+            "the law of a controller leaves less than {LAW_LEFT:%} of the changes of the input open, and set point "
+            "and past of the input alone leave {LAW_REACTS:%} or more; the input must oppose the output. A fit takes "
+            "the noise to which the input answers for a cause: "
+            "[how much that is](../how-to/valves.md#a-servo-that-was-logged-in-closed-loop).",
+            "Switch the controller off and log a motion that is planned before: `dehyst design --range LO HI`. Of a "
+            "control valve: `dehyst valve`.",
         ),
     },
     "Identification: the data": {
@@ -926,6 +939,26 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
         "backlash-no-table": (
             "The machine compensates no backlash. No table is written.",
             "The message says what can be done instead.",
+        ),
+    },
+    "Valves: a record of a control loop": {
+        "valve-gap": (
+            "The record has gaps, in which nobody knows how the valve moved. The longest part without one counts.",
+            "Export a record without gaps.",
+        ),
+        "valve-uneven": (
+            "The times of the samples are uneven, as of a historian that stores changes only. Between them straight "
+            "lines are drawn.",
+            "Export raw samples.",
+        ),
+        "valve-span": (
+            "All values of the controller output lie between 0 and 1, and its unit is not %. It was taken for a share.",
+            "None if that is right, otherwise `--span 0 100`.",
+        ),
+        "valve-saturated": (
+            "The controller output stands at an end of its span in {SATURATED:%} of the samples or more. There the "
+            "valve is not moved.",
+            "Export a time in which the loop works within its span.",
         ),
     },
 }

@@ -16,6 +16,7 @@ from dehyst.files import write_atomically
 from dehyst.io import example_recording, write_csv
 from dehyst_robot.experiments import PlantResult, Reproduction, run_sweep
 from dehyst_robot.experiments._results import TRIALS
+from simulated_loops import valve_loop
 
 X, Y = "pressure_difference_bar", "angle_deg"
 PAIR = ("--input", X, "--output", Y)
@@ -38,6 +39,7 @@ COMMANDS = {
     "verify": ("verify", "st"),
     "muscle": ("muscle", "--list"),
     "backlash": ("backlash", "plan", "--from", "0", "--to", "300"),
+    "valve": ("valve", "loop.csv"),
     "design": ("design", "--range", "-30", "30", "--unit", "deg"),
     "sweep": ("sweep", "sweep.toml", "--workers", "0"),
     "reproduce": ("reproduce", "--quick"),
@@ -70,6 +72,7 @@ def make_folder(place):
     export(subject_of(model, name="unit_1"), "st", place / "st")
     (place / "sweep.toml").write_text(SWEEP)
     (place / "axis.csv").write_text(AXIS)
+    write_csv(place / "loop.csv", valve_loop(samples=1000))
     return place
 
 

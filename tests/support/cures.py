@@ -18,6 +18,7 @@ from dehyst_robot.muscles import muscle
 from direct_samples import TIPS, asked, log, motion
 from identification_oracles import loops
 from places import ROOT
+from simulated_loops import servo_log, valve_loop
 from swings import second_order
 from test_identification_findings import FIRING, PI, noise
 
@@ -470,6 +471,18 @@ def two_files(begin):
     return write
 
 
+def closed_loop(folder):
+    """A log of a servo in closed loop, with its reference."""
+    write_csv(folder / "loop.csv", servo_log())
+
+
+def valve_shares(folder):
+    """A record whose controller output is within 0 and 1 %."""
+    columns = valve_loop()
+    columns["OP"] = 0.5 + 0.05 * (columns["OP"] - 50.0)
+    write_csv(folder / "loop.csv", columns)
+
+
 TWO_FILES = "identify u.csv:volt y.csv:angle --family pi --n 10"
 IDENTIFY = f"identify log.csv {PAIR}"
 AXIS = "backlash table m.csv --machine marlin"
@@ -917,6 +930,10 @@ CURES: dict[str, list[Cure]] = {
         )
     ],
     "muscle-at-bound": [],
+    "closed-loop": [
+        Cure(closed_loop, "inspect loop.csv", "dehyst design --range .*?csv", "{named}", "runs"),
+    ],
+    "valve-span": [Cure(valve_shares, "valve loop.csv", "--span 0 100", "{line} {named}")],
     "backlash-unit": [
         Cure(axis_sheet(unit="", factor=1.0 / 25.4), AXIS, "--unit in"),
     ],

@@ -22,6 +22,7 @@ COMMANDS = MappingProxyType(
         "rig": "dehyst-robot",
         "sweep": "dehyst-robot",
         "backlash": "dehyst-targets",
+        "valve": "dehyst-targets",
         "studio": "dehyst-studio",
         "page": "dehyst-studio",
         "watch": "dehyst-studio",

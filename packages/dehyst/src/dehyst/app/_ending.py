@@ -61,7 +61,10 @@ class Status(IntEnum):
         3,
         "`drift` has nothing to compare; `watch` ended without a report, or with such a one",
     )
-    CANNOT_TELL = 4, "`drift`, or the last report of `watch`, cannot tell whether something changed"
+    CANNOT_TELL = (
+        4,
+        "`drift`, or the last report of `watch`, cannot tell whether something changed, or `valve` whether one sticks",
+    )
     LOST = (
         5,
         "the result could not be printed: the disk of the standard output is full, or it is closed",
@@ -71,7 +74,7 @@ class Status(IntEnum):
     UNREAD = (
         141,
         "the reader of a pipe left before everything was printed, as `head` does; with `verify`, `drift`, `sweep`"
-        " and a no of `evaluate` or `backlash` the status of the verdict stays",
+        " and a no of `evaluate`, `backlash` or `valve` the status of the verdict stays",
     )
 
 

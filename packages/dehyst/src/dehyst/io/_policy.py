@@ -162,6 +162,14 @@ class ReadingPolicy:
     passed: float = 0.8
     # Clocks of instruments differ by a few hundred ppm, and a time between rows that was typed by a percent or two.
     largest_drift: float = 0.02
+    # A law of a controller is fitted to so many changes at least. [samples]
+    law_samples: int = 100
+    # A controller that was logged with its set point leaves less than this share of the changes of its output open:
+    # rounding and a faster clock of the controller leave some. Laws that only resemble one leave tenths.
+    law_left: float = 0.02
+    # The input answers to noise if set point and past leave this share of its changes open. Below it the bias of a fit
+    # is below its other errors.
+    law_reacts: float = 0.1
 
 
 POLICY = ReadingPolicy()

@@ -34,6 +34,7 @@ from dehyst.io._clocks import (
     unit_finding,
 )
 from dehyst.io._columns import find_column, select_run
+from dehyst.io._feedback import closed_loop_findings
 from dehyst.io._order import Jumps, order_time
 from dehyst.io._policy import POLICY
 from dehyst.io._table import LogTable, finite
@@ -81,6 +82,8 @@ def read_pair(
     samples = find_gaps(samples, about)
     require_samples(samples, about, window)
     about.findings.extend(check_pair(table, about.columns, samples))
+    mask = select_rows(table, about.columns[0], run)[1]
+    about.findings.extend(closed_loop_findings(table, mask, *about.columns))
     return samples, chosen, clock
 
 
