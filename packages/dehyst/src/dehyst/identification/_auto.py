@@ -356,7 +356,14 @@ def best_fit(
             compared = _compared(fitted_plays, chosen)
             terms = chosen.carrying, chosen.columns
             outcome = loop_outcome(
-                log, chosen.model, settings, fitted_plays.static, *terms, chosen.kkt, compared
+                log,
+                chosen.model,
+                settings,
+                fitted_plays.static,
+                *terms,
+                chosen.kkt,
+                compared,
+                chosen.terms,
             )
             rows = judge(log.data, log.seen, outcome)
             rows = replace(rows, warnings=(*rows.warnings, *about_schedules))

@@ -14,12 +14,14 @@ from dehyst.arrays import Array, Mask
 from dehyst.data import Loops, Plotted, Recording
 from dehyst.errors import DehystError, ParameterError
 from dehyst.families import dead_band
-from dehyst.families.kit import DeadBand
+from dehyst.families.kit import DeadBand, LinearForm
 from dehyst.findings import Finding, Grade
 from dehyst.identification._evidence import CREEP, LEAST, RATE, Evidence
 from dehyst.identification._facts import Motion
+from dehyst.identification._intervals import Draws, Interval, draws_of
 from dehyst.identification._policy import POLICY
 from dehyst.identification._residual import Residual, residual_structure
+from dehyst.identification._threads import single_blas
 from dehyst.models import (
     HysteresisModel,
     ModelCard,
@@ -31,6 +33,7 @@ from dehyst.shell import command
 
 # A log whose fastest strokes are less than so many times faster than its slowest ones has one speed.
 SPEEDS = 1.5
+DRAWN_SAMPLES = 500  # of half a way: what tells the dead band of a draw
 
 
 @dataclass(frozen=True, slots=True)
@@ -436,6 +439,8 @@ class Fit(Plotted):
         From what the model was chosen, or what it is to be compared with; the curve among them.
     details
         What only this family says of itself, by the name under which ``--json`` shows it.
+    form
+        Makes what `interval` draws from; None where weights cannot be drawn anew.
 
     Examples
     --------
@@ -472,6 +477,7 @@ class Fit(Plotted):
     curve_input: InputError = UNKNOWN
     table: tuple[Option, ...] = ()
     details: Mapping[str, Any] = field(default_factory=dict)
+    form: Callable[[Any], LinearForm] | None = field(default=None, repr=False, compare=False)
 
     @property
     def direction(self) -> str:
@@ -556,6 +562,78 @@ class Fit(Plotted):
         # A model that cannot be run over its whole range has none that could be told.
         except DehystError:
             return None
+
+    @cached_property
+    def draws(self) -> Draws | None:
+        """Models with weights drawn anew, from which intervals are made; None for a family without them."""
+        if self.form is None:
+            return None
+        with single_blas():
+            return draws_of(self.form(self.model))
+
+    def interval(self, function: Callable[[Any], npt.ArrayLike], level: float = 0.95) -> Interval:
+        r"""Return the interval of anything that is computed from the model: weights, predictions, figures of a loop.
+
+        200 models are drawn as they would be identified from other logs with the same input, and the function of each is
+        computed. With the estimate u, the normal equations G, the columns A and errors r of a block of rows, and one
+        random number h for each block, a draw is the solution d of the same program::
+
+            minimise  1/2 d' (G + penalty) d - d' sum over blocks of h_b A_b' r_b,    u + d >= lower
+
+        The interval of f is f(u) - q to f(u) + q, where q is the `level` quantile of :math:`|f(u + d) - f(u)|`; it ends
+        where no draw goes, so that a weight at 0 has one that begins at 0.
+
+        Parameters
+        ----------
+        function
+            Of a model of this family: returns a number or an array. It is called 201 times.
+        level
+            Share of such logs whose intervals hold the value of the best model of this structure.
+
+        Returns
+        -------
+        interval
+            ``value``, ``low`` and ``high``, numbers, or arrays of the function's shape, each place by itself.
+
+        Raises
+        ------
+        ParameterError
+            If the family has none: a curve, a family that is fitted by a search, the direct inverse; or for a level
+            that is no share.
+        IdentificationError
+            If more than a tenth of the draws have no such value.
+
+        Notes
+        -----
+        Structure, start state and input are fixed. Noise, whether white or lasting, and what a model of this structure
+        cannot explain are in the interval; another actuator, drift, and motions that the log does not have are not. The
+        noise of a new measurement comes on top. How often intervals hold what they should:
+        docs/decisions/0068-intervals.md.
+
+        Examples
+        --------
+        >>> import numpy as np, dehyst
+        >>> rng = np.random.default_rng(0)
+        >>> x = 2 * np.sin(np.linspace(0, 40, 2000)) * np.linspace(1, 0.3, 2000)
+        >>> y = dehyst.PrandtlIshlinskii([0.0, 0.6], [1.0, 0.5]).simulate(x) + 0.05 * rng.normal(size=2000)
+        >>> fit = dehyst.identify(dehyst.Recording(input=x, output=y), family="pi", n=10)
+        >>> at_the_tip = fit.interval(lambda model: model.simulate([0.0, 2.0])[-1])
+        >>> bool(at_the_tip.low < 2.7 < at_the_tip.high), bool(at_the_tip.half_width < 0.02)
+        (True, True)
+        """
+        if self.draws is None:
+            raise ParameterError(
+                f"there are no intervals for '{self.family}': its numbers are no weights of a sum that one program "
+                f"finds, so they cannot be drawn anew. Plays (pi, modified-pi, ...) and rows of elements have intervals."
+            )
+        return self.draws.interval(function, level)
+
+    @cached_property
+    def dead_band_interval(self) -> Interval | None:
+        """Interval of the width of the dead band, 95 %; None without one. [input]"""
+        if self.dead_band is None or self.draws is None:
+            return None
+        return self.interval(_dead_width)
 
     @property
     def input_error(self) -> InputError:
@@ -768,6 +846,11 @@ def term_word(model: Any) -> str:
     if model.play_core is None:
         return "terms"
     return "operators"
+
+
+def _dead_width(model: Any) -> float:
+    band = dead_band(model, samples=DRAWN_SAMPLES)
+    return 0.0 if band is None else band.width
 
 
 def _score_dict(score: Score | InputError | None) -> dict[str, float] | None:

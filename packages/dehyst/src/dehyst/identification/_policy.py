@@ -85,6 +85,17 @@ class Policy:
     redraws: int = 2000
     # ... the interval holds this share of the results, and two families tie where it reaches across.
     redraw_share: float = 0.9
+    # Weights of a fit are drawn anew so often: the ends of a 95 % interval are those of ten draws. [draws]
+    interval_draws: int = 200
+    # A block of errors that are drawn together is so many times as long as they are correlated: the blocks then hold
+    # 95 % of the variance that the correlation makes, ... [factor]
+    interval_block: float = 10.0
+    # ... but of fewer blocks than this the scatter says little, ... [blocks]
+    fewest_interval_blocks: int = 10
+    # ... and more than this say no more, and take longer. [blocks]
+    most_interval_blocks: int = 100
+    # An interval is that of the draws that have such a value, if so many do.
+    answering_draws: float = 0.9
     # A row of the table that errs so many times less on held-out samples than the chosen one is named. [factor]
     far_better: float = 3.0
     # Families whose errors differ by more than this are no tie, whatever part makes the difference. [factor]
