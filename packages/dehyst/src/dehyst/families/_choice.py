@@ -29,7 +29,7 @@ from dehyst.errors import DehystError, IdentificationError
 from dehyst.families._base import Scaling
 from dehyst.families._columns import GROUPS, RATE_LAGS, Columns, Pace, columns_of
 from dehyst.families._elements import Element, ElementModel
-from dehyst.families._linear_form import NEXT_TO_NOTHING, LinearForm
+from dehyst.families._linear_form import LinearForm
 from dehyst.families._policy import POLICY
 from dehyst.families._program import (
     BLOCKS,
@@ -105,7 +105,7 @@ class Chosen:
     carrying, columns
         Number of weights that are not 0, and of those that were offered.
     terms
-        What the model was made of.
+        The sum that the model was made of.
     """
 
     model: ElementModel
@@ -122,14 +122,14 @@ class Chosen:
 
 @dataclass(frozen=True, eq=False)
 class Terms:
-    """The columns that carry the weights of a model, and the training that these were fitted to.
+    """The sum that a model was made of before terms were taken out, and the training that it was fitted to.
 
     Attributes
     ----------
     training, direction, start
         Of the workshop.
     columns, weights, least
-        Those that carry weight, their weights, and their lower bounds.
+        All columns of the sum, their weights, and their lower bounds.
     regularisation
         Of the fit.
     """
@@ -143,7 +143,7 @@ class Terms:
     regularisation: RampRegularisation
 
     def form(self, model: ElementModel) -> LinearForm:
-        """Return the linear form of a model that was made of these terms, as it is now: with its card and dead time."""
+        """Return the linear form of the sum; its models have the card and the dead time of `model`."""
         bank = row_bank(self.training, self.direction, self.columns, self.start)
         sums = bank.values @ self.weights.weight
         outputs = self.weights.outputs(sums)
@@ -151,31 +151,52 @@ class Terms:
         rows = np.hstack([np.ones((outputs.size, 1)), bank.values, -map_rows]) / gain[:, None]
         unknowns = np.concatenate([[self.weights.offset], self.weights.weight, slopes])
         lower = np.concatenate([[0.0], self.least, np.full(slopes.size, LEAST_OF_MAP)])
-        penalty = penalty_of(self.regularisation, self.columns.neighbours, self.least.size, self.weights.outer)
+        penalty = penalty_of(
+            self.regularisation, self.columns.neighbours, self.least.size, self.weights.outer
+        )
 
         def with_unknowns(v: Array) -> ElementModel:
             size = 1 + self.least.size
-            weight = np.where(v[1:size] == 0.0, NEXT_TO_NOTHING, v[1:size])
             inner = self.weights.inner
             if inner.size:
                 rises = v[size:] * np.diff(self.weights.outer)
                 inner = inner[0] + np.concatenate([[0.0], np.cumsum(rises)])
             return replace(
                 model,
-                elements=self.columns.elements(weight),
+                elements=self.columns.elements(v[1:size]),
                 offset=float(v[0]),
                 after_map=(tuple(inner.tolist()), tuple(self.weights.outer.tolist())),
             )
 
-        return LinearForm(rows, bank.target - outputs, unknowns, lower, penalty, with_unknowns)
+        scaling = self.training.scaling
+        inputs = predicted = None
+        if self.direction == "forward":
+            inputs = scaling.center + scaling.half_range * bank.argument
+            predicted = scaling.outward(outputs)
+        return LinearForm(
+            rows=rows,
+            miss=bank.target - outputs,
+            unknowns=unknowns,
+            lower=lower,
+            penalty=penalty,
+            inputs=inputs,
+            outputs=predicted,
+            unit=np.full(outputs.size, abs(scaling.amplitude)),
+            estimate=model,
+            model=with_unknowns,
+        )
 
 
 class Made(NamedTuple):
-    """A model, of which terms, the violation of its optimality conditions, and what taking terms out changed."""
+    """A model, the sum that it was made of, and the violation of its optimality conditions.
+
+    `carrying` weights are not 0; `apart` is what taking the others out changed of the output, rms, scaled.
+    """
 
     model: ElementModel
     terms: Terms
     kkt: float
+    carrying: int
     apart: float
 
 
@@ -221,8 +242,7 @@ def best_sum(
         return replace(alone, candidates=(*alone.candidates, *others))
     ordered.sort(key=lambda candidate: candidate is not best)
     offered = workshops[best.sum.direction].columns.of(best.sum.groups).size
-    carrying = made.terms.columns.cell.size
-    return Chosen(made.model, tuple(ordered), made.kkt, carrying, offered, made.terms)
+    return Chosen(made.model, tuple(ordered), made.kkt, made.carrying, offered, made.terms)
 
 
 def _workshops(training: Training, sums: Sequence[Sum]) -> dict[str, Workshop]:
@@ -324,8 +344,8 @@ class RowBank:
     ----------
     values
         Columns, (K, p).
-    target, output
-        What the sum is to be, and the output of the log; the same in the forward direction. (K,)
+    argument, target, output
+        What the elements see, what the sum is to be, and the output of the log, (K,); forward the last two are one.
     folds
         Of each row, spread and in one piece, (K,) each.
     weight
@@ -335,6 +355,7 @@ class RowBank:
     """
 
     values: Array
+    argument: Array
     target: Array
     output: Array
     folds: tuple[Numbers, Numbers]
@@ -432,17 +453,17 @@ class Workshop:
             columns, weights, least = self._fitted(chosen, firm)
             smaller, apart = self._reduced(chosen, columns, weights, least, most)
             model = self._record(columns, smaller, chosen.sum.name)
-            carrying = np.flatnonzero(smaller.weight)
             terms = Terms(
                 self.training,
                 self.direction,
                 self.start,
-                columns.take(carrying),
-                replace(smaller, weight=smaller.weight[carrying]),
-                least[carrying],
+                columns,
+                weights,
+                least,
                 chosen.regularisation,
             )
-            self._models[key] = Made(model, terms, smaller.kkt, apart)
+            carrying = int(np.count_nonzero(smaller.weight))
+            self._models[key] = Made(model, terms, smaller.kkt, carrying, apart)
         return self._models[key]
 
     def _fitted(self, chosen: ScoredSum, firm: bool) -> tuple[Columns, Weights, Array]:
@@ -626,7 +647,7 @@ def row_bank(
         every = [np.flatnonzero(stretch.counts) for stretch in training.stretches]
         compared = [data_kit.SpreadRows(rows, np.ones(rows.size)) for rows in every]
     template = ElementModel(columns.cells, start=start, scaling=seen_scaling(training, direction))
-    target, output, places = [], [], []
+    seen, target, output, places = [], [], [], []
     values = np.empty((sum(part.rows.size for part in compared), columns.cell.size))
     filled = 0
     for number, stretch in enumerate(training.stretches):
@@ -638,12 +659,14 @@ def row_bank(
         xi = training.xi(stretch)
         _fill_rows(of_stretch, columns, template, argument, stretch.dt, rows, xi)
         filled += rows.size
+        seen.append(argument[rows])
         target.append(sum_values[rows])
         output.append(stretch.y[rows])
         places.append(np.stack([np.full(rows.size, number), rows], axis=1))
     weight = np.concatenate([spread.weight for spread in compared])
     return RowBank(
         values=values,
+        argument=np.concatenate(seen),
         target=np.concatenate(target),
         output=np.concatenate(output),
         folds=data_kit.folds_of(weight),

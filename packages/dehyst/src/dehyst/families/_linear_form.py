@@ -26,6 +26,12 @@ class LinearForm:
         u and its lower bounds, (p,); the offset has none.
     penalty
         What the program adds to the normal equations for each row, (p, p).
+    inputs, outputs
+        Input and output y of the rows, (K,); None where the rows are of the input. [input], [output]
+    unit
+        What one unit of each row is, (K,). [output]
+    estimate
+        The model of the fit. Terms that it does without may be among the unknowns.
     model
         The model with other unknowns.
     """
@@ -35,4 +41,8 @@ class LinearForm:
     unknowns: Array
     lower: Array
     penalty: Array
+    inputs: Array | None
+    outputs: Array | None
+    unit: Array
+    estimate: Any
     model: Callable[[Array], Any]

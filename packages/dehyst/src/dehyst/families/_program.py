@@ -290,7 +290,9 @@ def penalty_of(
     regularisation: RampRegularisation, neighbours: Numbers, size: int, knots: Array
 ) -> Array:
     """Return what a sample adds to the normal equations of `size` columns and a map between knots, if there are any."""
-    return _penalty(regularisation, _differences(size, neighbours), _chain(max(knots.size - 1, 0)), knots)
+    return _penalty(
+        regularisation, _differences(size, neighbours), _chain(max(knots.size - 1, 0)), knots
+    )
 
 
 def _penalty(

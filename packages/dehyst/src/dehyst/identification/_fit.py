@@ -18,7 +18,7 @@ from dehyst.families.kit import DeadBand, LinearForm
 from dehyst.findings import Finding, Grade
 from dehyst.identification._evidence import CREEP, LEAST, RATE, Evidence
 from dehyst.identification._facts import Motion
-from dehyst.identification._intervals import Draws, Interval, draws_of
+from dehyst.identification._intervals import LEVEL, Draws, Interval, draws_of
 from dehyst.identification._policy import POLICY
 from dehyst.identification._residual import Residual, residual_structure
 from dehyst.identification._threads import single_blas
@@ -34,6 +34,7 @@ from dehyst.shell import command
 # A log whose fastest strokes are less than so many times faster than its slowest ones has one speed.
 SPEEDS = 1.5
 DRAWN_SAMPLES = 500  # of half a way: what tells the dead band of a draw
+ROUNDING = 5e-3  # of a dead band: it is read from samples of a motion
 
 
 @dataclass(frozen=True, slots=True)
@@ -574,19 +575,20 @@ class Fit(Plotted):
     def interval(self, function: Callable[[Any], npt.ArrayLike], level: float = 0.95) -> Interval:
         r"""Return the interval of anything that is computed from the model: weights, predictions, figures of a loop.
 
-        200 models are drawn as they would be identified from other logs with the same input, and the function of each is
-        computed. With the estimate u, the normal equations G, the columns A and errors r of a block of rows, and one
-        random number h for each block, a draw is the solution d of the same program::
+        100 models are drawn as they would be identified from other logs with the same input, and the function of
+        each is computed. With the estimate u, the normal equations G, the columns A and errors r of a block of rows,
+        and one random number h for each block, a draw is the solution d of the same program::
 
             minimise  1/2 d' (G + penalty) d - d' sum over blocks of h_b A_b' r_b,    u + d >= lower
 
-        The interval of f is f(u) - q to f(u) + q, where q is the `level` quantile of :math:`|f(u + d) - f(u)|`; it ends
-        where no draw goes, so that a weight at 0 has one that begins at 0.
+        The interval of f is f(u) - t s to f(u) + t s, where s is the root mean square of f(u + d) - f(u), and t is
+        that of Student's distribution for the number of blocks. It does not cross 0 where no draw does: that of
+        a weight that may be 0 begins there.
 
         Parameters
         ----------
         function
-            Of a model of this family: returns a number or an array. It is called 201 times.
+            Of a model of this family: returns a number or an array. It is called 101 times.
         level
             Share of such logs whose intervals hold the value of the best model of this structure.
 
@@ -623,17 +625,70 @@ class Fit(Plotted):
         """
         if self.draws is None:
             raise ParameterError(
-                f"there are no intervals for '{self.family}': its numbers are no weights of a sum that one program "
-                f"finds, so they cannot be drawn anew. Plays (pi, modified-pi, ...) and rows of elements have intervals."
+                f"there are no intervals for '{self.family}': its numbers are no weights of a sum with memory that one "
+                f"program finds, so they cannot be drawn anew. Take plays (pi, modified-pi, stop) or a row of elements "
+                f"(play-sum, full-sum)."
             )
         return self.draws.interval(function, level)
 
     @cached_property
     def dead_band_interval(self) -> Interval | None:
-        """Interval of the width of the dead band, 95 %; None without one. [input]"""
+        """Interval of the width of the dead band, 95 %; None without one. [input]
+
+        A play between two thresholds is shared among both, and the lower one is seen first: so the interval reaches to
+        the next threshold at least.
+        """
         if self.dead_band is None or self.draws is None:
             return None
-        return self.interval(_dead_width)
+        interval = self.interval(_dead_width)
+        widths = 2.0 * np.unique(np.concatenate([_radii(model) for model in self.draws.models]))
+        wider = widths[widths > self.dead_band.width * (1.0 + ROUNDING)]
+        high = interval.high
+        if wider.size:
+            high = max(high, float(wider[0]))
+        return replace(interval, value=self.dead_band.width, high=high)
+
+    @property
+    def _dead_band_dict(self) -> dict[str, float] | None:
+        if self.dead_band is None:
+            return None
+        interval = self.dead_band_interval
+        if interval is None:
+            return asdict(self.dead_band)
+        return {**asdict(self.dead_band), "low": interval.low, "high": interval.high}
+
+    @property
+    def _intervals_dict(self) -> dict[str, Any] | None:
+        if self.draws is None:
+            return None
+        weights = []
+        if self.weight_interval is not None:
+            low, high = self.weight_interval.low.tolist(), self.weight_interval.high.tolist()
+            weights = [list(pair) for pair in zip(low, high, strict=True)]
+        return {
+            "level": LEVEL,
+            "blocks": self.draws.blocks,
+            "output": self.output_certain,
+            "weights": weights,
+        }
+
+    @property
+    def output_certain(self) -> float | None:
+        """Half the width of the 95 % interval of the output along the fitted part, rms; None if unknown. [output]"""
+        if self.draws is None or self.draws.band is None:
+            return None
+        return float(np.sqrt(np.mean(self.draws.band.half_width**2)))
+
+    @cached_property
+    def weight_interval(self) -> Interval | None:
+        """Interval of each weight of plays or stops that the model has, 95 %; None for models without them."""
+        core = self.model.play_core
+        if core is None or self.draws is None:
+            return None
+        # The draws have every operator that was offered.
+        offered = self.draws.form.estimate.play_core.thresholds
+        places = np.searchsorted(offered, core.thresholds)
+        return self.interval(lambda model: model.operators[1][places])
 
     @property
     def input_error(self) -> InputError:
@@ -809,7 +864,8 @@ class Fit(Plotted):
                 "loops": self.facts.loops,
                 "numbers": self.facts.numbers and self.facts.numbers.summary,
             },
-            "dead_band": self.dead_band and asdict(self.dead_band),
+            "dead_band": self._dead_band_dict,
+            "intervals": self._intervals_dict,
             "dead_time_s": self.model.dead_time,
             "residual": self.residual.as_dict(),
             "input_error": {
@@ -851,6 +907,14 @@ def term_word(model: Any) -> str:
 def _dead_width(model: Any) -> float:
     band = dead_band(model, samples=DRAWN_SAMPLES)
     return 0.0 if band is None else band.width
+
+
+def _radii(model: Any) -> Array:
+    """Thresholds of the plays of a model. [input]"""
+    if model.play_core is not None:
+        return np.asarray(model.play_core.thresholds)
+    radii = [q.radius for q in model.elements if q.kind in ("play", "creep", "wide", "stop")]
+    return np.asarray(abs(model.scaling.half_range) * np.array(radii, dtype=np.float64))
 
 
 def _score_dict(score: Score | InputError | None) -> dict[str, float] | None:

@@ -6,17 +6,19 @@ of the same program with other sums of errors::
 
     minimise  1/2 d' (G + penalty) d - d' sum over b of h_b A_b' r_b,    u + d >= lower
 
-- r_b are the errors of block b by the fit without that block: those of the fit itself are too small (CR3: R. M. Bell and
-  D. F. McCaffrey, Survey Methodology 28, 2002). They cost no fit, only the sums of the block.
-- h_b has mean 0 and variance 1, one number a block, so that what belongs together stays together: errors that last,
-  and what no model of this structure explains (cluster and score bootstrap: A. C. Cameron, J. B. Gelbach and D. L. Miller,
-  Review of Economics and Statistics 90, 2008; P. Kline and A. Santos, Journal of Econometric Methods 1, 2012). It is that
-  of Student's distribution, as there are few blocks.
-- A block is ten times as long as the errors are correlated (the integrated autocorrelation time, within five times
-  itself: A. D. Sokal, Monte Carlo Methods in Statistical Mechanics, 1997).
-- A bound that holds a weight does not count as a force: where a weight is 0 because of noise, the draws leave it free to
-  rise. So the draws have the pull of the bounds, too, and an interval is about the estimate: the share `level` of
-  \|f(draw) - f(estimate)\| is within it, and it ends where no draw goes. At a bound it is one-sided.
+- r_b are the errors of block b by the fit without that block: those of the fit itself are too small (CR3: R. M. Bell
+  and D. F. McCaffrey, Survey Methodology 28, 2002). They cost no fit, only the sums of the block.
+- h_b is normal, one number a block, so that what belongs together stays together: errors that last, and what no model
+  of this structure explains (cluster and score bootstrap: A. C. Cameron, J. B. Gelbach and D. L. Miller, Review of
+  Economics and Statistics 90, 2008; P. Kline and A. Santos, Journal of Econometric Methods 1, 2012).
+- Blocks are so long that 5 % of the variance of their sums is lost across their ends (`block_rows`).
+- A bound that holds a weight does not count as a force: where noise may be why a weight is 0, the draws are free to
+  rise. So they have the pull of the bounds, too.
+
+The draws of a sum from which terms were taken out are those of the sum before: what taking them out changed is then in
+the interval, and so are weights that noise took out. The interval of f is f(u) - t s to f(u) + t s, where s is the root
+mean square of f(draw) - f(u), and t that of Student's distribution for the number of blocks. It does not cross 0 where
+no draw does: 0 is the bound of weights.
 """
 
 from __future__ import annotations
@@ -24,7 +26,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -34,8 +37,11 @@ from dehyst.arrays import Array, Mask
 from dehyst.errors import DehystError, IdentificationError, ParameterError
 from dehyst.families.kit import LinearForm
 from dehyst.identification._policy import POLICY
+from dehyst.student import quantile
 
-WINDOW = 5.0  # correlation times within which correlations are added up
+LEVEL = 0.95  # of the intervals that are printed and drawn
+WINDOW = 5.0  # correlation times within which correlations are added up (A. D. Sokal, 1997)
+SMALLEST = 1e-300  # that is divided by, or taken the root of
 REGULAR = 1e-9  # of the mean diagonal: keeps sums without a block regular
 
 
@@ -64,6 +70,14 @@ class Interval:
         return np.maximum(self.high - self.value, self.value - self.low)
 
 
+class Band(NamedTuple):
+    """Input, output of the model, and half the width of its interval, along the fitted rows, (K,) each."""
+
+    inputs: Array
+    outputs: Array
+    half_width: Array
+
+
 @dataclass(frozen=True, eq=False)
 class Draws:
     """Models of a fit with weights drawn anew.
@@ -74,36 +88,39 @@ class Draws:
         The fit.
     unknowns
         Of each draw, (draws, p).
-    blocks, block_rows
-        Number of blocks, and rows in each.
-    correlated_rows
-        Integrated autocorrelation time of the errors. [rows]
+    blocks
+        Number of blocks of the fitted rows.
     """
 
     form: LinearForm
     unknowns: Array
     blocks: int
-    block_rows: int
-    correlated_rows: float
-
-    @cached_property
-    def estimate(self) -> Any:
-        """The model itself, with its terms of weight 0."""
-        return self.form.model(self.form.unknowns)
 
     @cached_property
     def models(self) -> tuple[Any, ...]:
         """Of each draw."""
         return tuple(map(self.form.model, self.unknowns))
 
+    @cached_property
+    def band(self) -> Band | None:
+        """The 95 % interval of the output along the fitted rows; None where the rows are of the input."""
+        form = self.form
+        if form.inputs is None or form.outputs is None:
+            return None
+        moved = form.rows @ (self.unknowns - form.unknowns).T
+        spread = np.sqrt(np.mean(moved**2, axis=1))
+        return Band(
+            form.inputs, form.outputs, quantile(LEVEL, self.blocks - 1) * form.unit * spread
+        )
+
     def interval(self, function: Callable[[Any], npt.ArrayLike], level: float) -> Interval:
         """Return the interval of a function of a model; `Fit.interval` says more."""
         if not isinstance(level, int | float) or not 0.0 < level < 1.0:
             raise ParameterError(
-                f"level = {level!r:.40}; it is the share of logs whose intervals hold the true value: above 0, below 1, "
-                f"usually 0.95."
+                f"level = {level!r:.40}; it is the share of logs whose intervals hold the true value: above 0, below "
+                f"1, usually 0.95."
             )
-        value = np.asarray(function(self.estimate), dtype=np.float64)
+        value = np.asarray(function(self.form.estimate), dtype=np.float64)
         drawn = []
         refused: DehystError | None = None
         for model in self.models:
@@ -118,22 +135,31 @@ class Draws:
                 f"value ({refused!s:.200}), so it has no interval. Ask for a value that more of them have."
             )
         values = np.array(drawn)
-        reach = np.quantile(np.abs(values - value), level, axis=0)
-        low = np.maximum(value - reach, np.minimum(values.min(axis=0), value))
-        high = np.minimum(value + reach, np.maximum(values.max(axis=0), value))
+        spread = np.sqrt(np.mean((values - value) ** 2, axis=0))
+        reach = quantile(level, self.blocks - 1) * spread
+        low, high = value - reach, value + reach
+        # What no draw passes is a bound: of a weight, a width, a gain.
+        low = np.where(values.min(axis=0) >= 0.0, np.maximum(low, 0.0), low)
+        high = np.where(values.max(axis=0) <= 0.0, np.minimum(high, 0.0), high)
         if value.ndim == 0:
             return Interval(float(value), float(low), float(high), float(level))
         return Interval(value, low, high, float(level))
 
 
-def correlated_rows(errors: Array) -> float:
-    r"""Return for how many rows errors are correlated, 1 for white noise: :math:`1 + 2 \sum_k \rho_k`.
+def block_rows(errors: Array) -> float:
+    r"""Return how long blocks of errors have to be, for white noise ten.
+
+    A sum over a block of L errors has the variance :math:`L \sum_k \rho_k - 2 \sum_{k>0} k \rho_k` for long L, with
+    the autocorrelations :math:`\rho_k`. Of errors that last T, :math:`\rho_k = e^{-|k|/T}`, the second term, which is
+    lost, is the share T/L of the first. L is at least as long as for these with the same :math:`\sum_k \rho_k`, and
+    longer where a part of the errors lasts and a part is white.
 
     Examples
     --------
-    >>> noise = np.random.default_rng(0).normal(size=5000)
-    >>> round(correlated_rows(noise), 1), round(correlated_rows(np.repeat(noise, 8)))
-    (1.0, 8)
+    >>> noise = np.random.default_rng(0).normal(size=20_000)
+    >>> held = np.repeat(noise, 9)  # their correlations are 8/9, 7/9, ...: what is lost is 27 / L
+    >>> 450 < block_rows(held) < 620, 9 < block_rows(noise) < 15
+    (True, True)
     """
     size = errors.size
     centred = errors - errors.mean()
@@ -142,10 +168,14 @@ def correlated_rows(errors: Array) -> float:
     sums = np.fft.irfft(spectrum * spectrum.conj(), padded)[: max(size // 2, 1)]
     if not sums[0] > 0.0:
         return 1.0
-    times = 2.0 * np.cumsum(sums / sums[0]) - 1.0
-    enough = np.flatnonzero(np.arange(times.size) >= WINDOW * times)
-    last = enough[0] if enough.size else times.size - 1
-    return max(1.0, float(times[last]))
+    lags = np.arange(sums.size)
+    correlations = sums / sums[0]
+    times = 2.0 * np.cumsum(correlations) - 1.0
+    enough = np.flatnonzero(lags >= WINDOW * times)
+    last = int(enough[0]) if enough.size else times.size - 1
+    lasting = max(float(times[last]), 1.0)
+    lost = 2.0 * float(lags[: last + 1] @ correlations[: last + 1]) / lasting
+    return max(0.5 * lasting, lost) / POLICY.lost_variance
 
 
 def draws_of(form: LinearForm, seed: int = 0) -> Draws:
@@ -157,32 +187,28 @@ def draws_of(form: LinearForm, seed: int = 0) -> Draws:
 
     >>> y = np.random.default_rng(1).normal(size=100)
     >>> ones, none = np.ones((100, 1)), np.zeros(1)
-    >>> draws = draws_of(LinearForm(ones, y - y.mean(), y.mean(keepdims=True), none, np.zeros((1, 1)), float))
+    >>> errors, mean, unit = y - y.mean(), y.mean(keepdims=True), np.ones(100)
+    >>> form = LinearForm(ones, errors, mean, none, np.zeros((1, 1)), None, None, unit, y.mean(), float)
+    >>> draws = draws_of(form)
     >>> 0.08 < draws.unknowns.std() < 0.12
     True
     """
     rows, miss = form.rows, form.miss
     size = miss.size
-    correlated = correlated_rows(miss)
-    block_rows = POLICY.interval_block * correlated
-    blocks = int(np.clip(size / block_rows, POLICY.fewest_interval_blocks, POLICY.most_interval_blocks))
-    blocks = min(blocks, size)
+    most = min(POLICY.most_interval_blocks, size)
+    blocks = int(np.clip(size / block_rows(miss), min(POLICY.fewest_interval_blocks, most), most))
     ends = np.linspace(0, size, blocks + 1).round().astype(np.int64)
     gram = rows.T @ rows + size * form.penalty
     free = form.unknowns > form.lower
     free[0] = True
     forces = np.empty((blocks, form.unknowns.size))
-    for number, (begin, end) in enumerate(zip(ends[:-1], ends[1:], strict=True)):
+    for number, (begin, end) in enumerate(pairwise(ends.tolist())):
         forces[number] = _without_block(rows[begin:end], miss[begin:end], gram, free)
     forces -= forces.mean(axis=0)
-    random = np.random.default_rng(seed)
-    shape = (POLICY.interval_draws, blocks)
-    numbers = random.normal(size=shape)
-    # Student's numbers share their divisor, as the scatter of a few blocks is itself known to some digits only.
-    numbers *= np.sqrt(blocks / random.chisquare(blocks - 1, size=(shape[0], 1)))
-    return Draws(
-        form, _solved(form, gram, numbers @ forces, free), blocks, int(size / blocks), correlated
-    )
+    # Of a few blocks the mean takes one degree of freedom.
+    forces *= np.sqrt(blocks / (blocks - 1))
+    numbers = np.random.default_rng(seed).normal(size=(POLICY.interval_draws, blocks))
+    return Draws(form, _solved(form, gram, numbers @ forces, free), blocks)
 
 
 def _without_block(rows: Array, miss: Array, gram: Array, free: Mask) -> Array:
@@ -197,15 +223,24 @@ def _without_block(rows: Array, miss: Array, gram: Array, free: Mask) -> Array:
 def _solved(form: LinearForm, gram: Array, forces: Array, free: Mask) -> Array:
     """Return the solution under each force, (draws, p)."""
     # Columns of like length make the choices of the active set independent of units.
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), SMALLEST))
     system = gram * np.outer(scale, scale)
     at_rest = gram @ form.unknowns
     lower = form.lower / scale
-    norm = float(np.sqrt(max(form.unknowns @ at_rest, 1e-300)))
+    norm = float(np.sqrt(max(float(form.unknowns @ at_rest), SMALLEST)))
     solutions = np.empty_like(forces)
     for k, force in enumerate(forces):
         v, *_ = _native.solve_bounded(
-            system.copy(), (at_rest + force) * scale, lower, 1, 0, _native.WEIGHTS, None, None, free, norm
+            system.copy(),
+            (at_rest + force) * scale,
+            lower,
+            1,
+            0,
+            _native.WEIGHTS,
+            None,
+            None,
+            free,
+            norm,
         )
         solutions[k] = v * scale
     return solutions

@@ -85,11 +85,10 @@ class Policy:
     redraws: int = 2000
     # ... the interval holds this share of the results, and two families tie where it reaches across.
     redraw_share: float = 0.9
-    # Weights of a fit are drawn anew so often: the ends of a 95 % interval are those of ten draws. [draws]
-    interval_draws: int = 200
-    # A block of errors that are drawn together is so many times as long as they are correlated: the blocks then hold
-    # 95 % of the variance that the correlation makes, ... [factor]
-    interval_block: float = 10.0
+    # Weights of a fit are drawn anew so often: the width of an interval is then certain to 7 %. [draws]
+    interval_draws: int = 100
+    # Errors are drawn in blocks so long that this share of the variance of their sums is lost across the ends, ...
+    lost_variance: float = 0.05
     # ... but of fewer blocks than this the scatter says little, ... [blocks]
     fewest_interval_blocks: int = 10
     # ... and more than this say no more, and take longer. [blocks]

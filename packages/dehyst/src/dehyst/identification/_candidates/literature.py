@@ -64,6 +64,7 @@ class Literature:
             settings["size"] = self.size
         training = log.training(self.seed)
         made = None
+        model: LoopModel
         if self.family in ROW_NAMES:
             row = families_kit.row_named(self.family, training, self.size)
             model, made = row.model, row.terms

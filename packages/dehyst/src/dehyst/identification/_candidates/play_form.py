@@ -25,6 +25,7 @@ from dehyst.models import HysteresisModel, PrandtlIshlinskii, ShearedPrandtlIshl
 
 # Rows of all pieces; of a longer log each stands for several samples.
 MOST_ROWS = 20_000
+SMALLEST = 1e-12  # root of a weight that divides
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +50,12 @@ class PlayForm:
     def __call__(self, model: Any) -> LinearForm:
         """Return the linear form, whose models have the card and the shear of a model."""
         estimate, n = self.estimate, self.bank.thresholds.size
-        parts = [self._piece(*piece) for piece in zip(self.data.pieces, self.bank.states, strict=True)]
-        rows, miss = map(np.concatenate, zip(*parts, strict=True))
+        parts = [
+            self._piece(*piece) for piece in zip(self.data.pieces, self.bank.states, strict=True)
+        ]
+        rows, miss, x, y, weight = map(np.concatenate, zip(*parts, strict=True))
+        root = np.sqrt(weight)
+        data = self.data
         pieces = 0 if self.knots is None else self.knots.size - 1
         size = 1 + n + pieces
         penalty = np.zeros((size, size))
@@ -65,7 +70,20 @@ class PlayForm:
             return self._model(drawn, weights, model)
 
         unknowns = estimate.parameters
-        return LinearForm(rows, miss, unknowns, np.concatenate([[0.0], lower]), penalty, with_unknowns)
+        lower = np.concatenate([[0.0], lower])
+        settled = with_unknowns(unknowns)
+        return LinearForm(
+            rows=rows * root[:, None],
+            miss=miss * root,
+            unknowns=unknowns,
+            lower=lower,
+            penalty=penalty,
+            inputs=data.center + data.half_range * x,
+            outputs=data.level + data.trend * data.amplitude * y,
+            unit=data.amplitude / np.maximum(root, SMALLEST),
+            estimate=settled,
+            model=with_unknowns,
+        )
 
     def _model(self, estimate: Estimate, weights: Array, model: Any) -> HysteresisModel:
         built = build_model(
@@ -76,11 +94,14 @@ class PlayForm:
             return ShearedPrandtlIshlinskii(built, model.shear)
         return built
 
-    def _piece(self, piece: Piece, state: Array) -> tuple[Array, Array]:
-        """Rows (k, 1 + n + p) of one piece, and what was measured less the model, (k,); scaled."""
+    def _piece(self, piece: Piece, state: Array) -> tuple[Array, ...]:
+        """Rows (k, 1 + n + p) of one piece, what was measured less the model, input, output, weight, (k,); scaled."""
         start = self.bank.initial_state
         fitted = piece.fitted(start)
-        samples = sum(max(0, other.fitted(start).stop - other.fitted(start).start) for other in self.data.pieces)
+        samples = sum(
+            max(0, other.fitted(start).stop - other.fitted(start).start)
+            for other in self.data.pieces
+        )
         every = max(1, -(-samples // MOST_ROWS))
         at = np.arange(fitted.start, fitted.stop, every, dtype=np.int64)
         plays, _ = _native.play_bank(
@@ -98,15 +119,17 @@ class PlayForm:
         u, size = self.estimate.parameters, rows.shape[1]
         outputs = mapped(self.estimate, rows @ u[:size], self.knots)
         if self.knots is not None and self.estimate.slopes is not None:
-            place = np.clip(np.searchsorted(self.knots, outputs) - 1, 0, self.estimate.slopes.size - 1)
+            place = np.clip(
+                np.searchsorted(self.knots, outputs) - 1, 0, self.estimate.slopes.size - 1
+            )
             rows = np.hstack([rows, -ramp_columns(outputs, self.knots).T])
             rows /= self.estimate.slopes[place][:, None]
         miss = piece.y[at] - outputs
-        if piece.unknown_level(start):
+        if piece.unknown_level(start) and at.size:
             # The piece has a constant of its own.
-            rows = rows - rows.mean(axis=0) if at.size else rows
-            miss = miss - miss.mean() if at.size else miss
+            rows = rows - rows.mean(axis=0, keepdims=True)
+            miss = miss - miss.mean()
+        weight = np.ones(at.size)
         if piece.weight is not None:
-            root = np.sqrt(piece.weight[at])
-            return rows * root[:, None], miss * root
-        return rows, miss
+            weight = piece.weight[at]
+        return rows, miss, np.asarray(piece.x[at]), outputs, weight
