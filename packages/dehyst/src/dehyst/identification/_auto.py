@@ -29,7 +29,7 @@ from dehyst.identification._candidates.plays import plays_of
 from dehyst.identification._cautions import late as lateness_finding
 from dehyst.identification._cautions import plays_only
 from dehyst.identification._families import FAMILIES, STATIC
-from dehyst.identification._fit import ComparedSetting, Fit
+from dehyst.identification._fit import WITHOUT_SIGNALS, ComparedSetting, Fit
 from dehyst.identification._judge import judge
 from dehyst.identification._policy import POLICY
 from dehyst.identification._prepared import Prepared, prepared
@@ -419,7 +419,7 @@ def _without_signals(
     """Return the fit of the best row whose weights go with no signal: what a schedule has to beat is shown."""
     terms = plain.carrying, plain.columns
     fit = judge(log.data, log.seen, loop_outcome(log, plain.model, settings, static, *terms))
-    return replace(fit, family=f"{fit.family} without signals")
+    return replace(fit, family=fit.family + WITHOUT_SIGNALS)
 
 
 def _with_lateness(fit: Fit, late: Lateness | None, period: float, delay: int = 0) -> Fit:

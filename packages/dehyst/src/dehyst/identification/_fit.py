@@ -33,6 +33,7 @@ from dehyst.shell import command
 
 # A log whose fastest strokes are less than so many times faster than its slowest ones has one speed.
 SPEEDS = 1.5
+WITHOUT_SIGNALS = " without signals"  # ends the name of the best row that goes with no other signal
 DRAWN_SAMPLES = 500  # of half a way: what tells the dead band of a draw
 ROUNDING = 5e-3  # of a dead band: it is read from samples of a motion
 
@@ -538,6 +539,13 @@ class Fit(Plotted):
         """Which row of the table errs far less on held-out samples, and why it was not taken; "" if there is none."""
         if not self.test or not self.candidates:
             return ""
+        for row in self.table:
+            if row.family.endswith(WITHOUT_SIGNALS) and row.test_percent < self.test.rmse_percent:
+                return (
+                    f"{row.family} errs {row.test_percent:.3g} % on held-out samples, {self.family} with signals "
+                    f"{self.test.rmse_percent:.3g} %. It was not taken: on what was left out of the fitted part it "
+                    f"erred more. Something that was not logged may have changed, too. To take it leave --schedule out."
+                )
         best = min(self.table, key=lambda row: row.test_percent, default=None)
         if best is None or not best.test_percent * POLICY.far_better <= self.test.rmse_percent:
             return ""

@@ -7,7 +7,8 @@ of the same program with other sums of errors::
     minimise  1/2 d' (G + penalty) d - d' sum over b of h_b A_b' r_b,    u + d >= lower
 
 - r_b are the errors of block b by the fit without that block: those of the fit itself are too small (CR3: R. M. Bell
-  and D. F. McCaffrey, Survey Methodology 28, 2002). They cost no fit, only the sums of the block.
+  and D. F. McCaffrey, Survey Methodology 28, 2002). They cost no fit, only the sums of the block. The fit follows the
+  errors of a block that alone tells of some unknown: it has noise in their place, as large as all errors, and as lasting.
 - h_b is normal, one number a block, so that what belongs together stays together: errors that last, and what no model
   of this structure explains (cluster and score bootstrap: A. C. Cameron, J. B. Gelbach and D. L. Miller, Review of
   Economics and Statistics 90, 2008; P. Kline and A. Santos, Journal of Econometric Methods 1, 2012).
@@ -196,28 +197,34 @@ def draws_of(form: LinearForm, seed: int = 0) -> Draws:
     rows, miss = form.rows, form.miss
     size = miss.size
     most = min(POLICY.most_interval_blocks, size)
-    blocks = int(np.clip(size / block_rows(miss), min(POLICY.fewest_interval_blocks, most), most))
+    least = min(POLICY.fewest_interval_blocks, most)
+    length = block_rows(miss)
+    blocks = int(np.clip(size / length, least, most))
     ends = np.linspace(0, size, blocks + 1).round().astype(np.int64)
     gram = rows.T @ rows + size * form.penalty
+    gram[np.diag_indices_from(gram)] += REGULAR * float(np.mean(np.diag(gram)))
     free = form.unknowns > form.lower
     free[0] = True
-    forces = np.empty((blocks, form.unknowns.size))
+    known = 1.0 / np.diag(np.linalg.inv(gram[np.ix_(free, free)]))
+    # Deviation of a sum of errors over the root of its length.
+    lasting = float(np.sqrt(np.mean(miss**2) * max(1.0, 2.0 * POLICY.lost_variance * length)))
+    random = np.random.default_rng(seed)
+    numbers = random.normal(size=(POLICY.interval_draws, blocks))
+    forces = np.zeros((blocks, form.unknowns.size))
+    alone = np.zeros((POLICY.interval_draws, form.unknowns.size))
     for number, (begin, end) in enumerate(pairwise(ends.tolist())):
-        forces[number] = _without_block(rows[begin:end], miss[begin:end], gram, free)
+        part, errors = rows[begin:end], miss[begin:end]
+        of_free = part[:, free]
+        others = np.linalg.inv(gram[np.ix_(free, free)] - of_free.T @ of_free)
+        if np.min(1.0 / (np.diag(others) * known)) < POLICY.told_elsewhere:
+            # The fit follows the errors of such a block, and without it there is none.
+            alone += lasting * random.normal(size=(len(alone), end - begin)) @ part
+        else:
+            forces[number] = part.T @ (errors + of_free @ (others @ (of_free.T @ errors)))
     forces -= forces.mean(axis=0)
     # Of a few blocks the mean takes one degree of freedom.
     forces *= np.sqrt(blocks / (blocks - 1))
-    numbers = np.random.default_rng(seed).normal(size=(POLICY.interval_draws, blocks))
-    return Draws(form, _solved(form, gram, numbers @ forces, free), blocks)
-
-
-def _without_block(rows: Array, miss: Array, gram: Array, free: Mask) -> Array:
-    """Return A' r of a block, (p,), with its errors r by the fit to all the others."""
-    of_free = rows[:, free]
-    others = gram[np.ix_(free, free)] - of_free.T @ of_free
-    others[np.diag_indices_from(others)] += REGULAR * float(np.mean(np.diag(gram)))
-    moved = np.linalg.solve(others, of_free.T @ miss)
-    return np.asarray(rows.T @ (miss + of_free @ moved))
+    return Draws(form, _solved(form, gram, numbers @ forces + alone, free), blocks)
 
 
 def _solved(form: LinearForm, gram: Array, forces: Array, free: Mask) -> Array:

@@ -93,6 +93,8 @@ class Policy:
     fewest_interval_blocks: int = 10
     # ... and more than this say no more, and take longer. [blocks]
     most_interval_blocks: int = 100
+    # A block without which less than this share of what is known of some unknown remains tells of it alone.
+    told_elsewhere: float = 0.1
     # An interval is that of the draws that have such a value, if so many do.
     answering_draws: float = 0.9
     # A row of the table that errs so many times less on held-out samples than the chosen one is named. [factor]
