@@ -8,7 +8,7 @@ of the same program with other sums of errors::
 
 - r_b are the errors of block b by the fit without that block: those of the fit itself are too small (CR3: R. M. Bell
   and D. F. McCaffrey, Survey Methodology 28, 2002). They cost no fit, only the sums of the block. The fit follows the
-  errors of a block that alone tells of some unknown: it has noise in their place, as large as all errors, and as lasting.
+  errors of a block that alone tells of some unknown: in their place stands noise as large and lasting as all errors.
 - h_b is normal, one number a block, so that what belongs together stays together: errors that last, and what no model
   of this structure explains (cluster and score bootstrap: A. C. Cameron, J. B. Gelbach and D. L. Miller, Review of
   Economics and Statistics 90, 2008; P. Kline and A. Santos, Journal of Econometric Methods 1, 2012).
