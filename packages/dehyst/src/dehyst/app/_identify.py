@@ -291,8 +291,13 @@ def _print(fit: Fit, request: IdentifyRequest, cost: StepCost | None = None) -> 
         unit = ""
         if fit.recordings[0].input_unit:
             unit = f" {fit.recordings[0].input_unit}"
+        range_words = ""
+        if fit.dead_band_interval is not None:
+            low, high = fit.dead_band_interval.low, fit.dead_band_interval.high
+            range_words = f" (95 %: {low:.3g} to {high:.3g}{unit})"
         out.print(
-            f"dead band {fit.dead_band.width:.3g}{unit}, {fit.dead_band.percent:.2g} % of the input's range: "
+            f"dead band {fit.dead_band.width:.3g}{unit}{range_words}, {fit.dead_band.percent:.2g} % of the input's "
+            f"range: "
             f"so far the input moves behind a turn before the output does"
         )
     if size:

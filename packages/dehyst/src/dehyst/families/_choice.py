@@ -19,6 +19,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,10 +29,12 @@ from dehyst.errors import DehystError, IdentificationError
 from dehyst.families._base import Scaling
 from dehyst.families._columns import GROUPS, RATE_LAGS, Columns, Pace, columns_of
 from dehyst.families._elements import Element, ElementModel
+from dehyst.families._linear_form import LinearForm
 from dehyst.families._policy import POLICY
 from dehyst.families._program import (
     BLOCKS,
     LEAST,
+    LEAST_OF_MAP,
     PIECES,
     Marks,
     Numbers,
@@ -40,6 +43,7 @@ from dehyst.families._program import (
     Sums,
     Weights,
     block_sums,
+    penalty_of,
 )
 from dehyst.families._reduction import PROBED_ROWS, Teacher, probing, reduced
 from dehyst.families._table import Sum
@@ -100,6 +104,8 @@ class Chosen:
         Violation of the optimality conditions of its weights, relative.
     carrying, columns
         Number of weights that are not 0, and of those that were offered.
+    terms
+        The sum that the model was made of.
     """
 
     model: ElementModel
@@ -107,10 +113,91 @@ class Chosen:
     kkt: float
     carrying: int
     columns: int
+    terms: Terms
 
     def later(self, time: float) -> Chosen:
         """The same for an output that comes later. [s]"""
         return replace(self, model=replace(self.model, dead_time=time))
+
+
+@dataclass(frozen=True, eq=False)
+class Terms:
+    """The sum that a model was made of before terms were taken out, and the training that it was fitted to.
+
+    Attributes
+    ----------
+    training, direction, start
+        Of the workshop.
+    columns, weights, least
+        All columns of the sum, their weights, and their lower bounds.
+    regularisation
+        Of the fit.
+    """
+
+    training: Training
+    direction: str
+    start: str
+    columns: Columns
+    weights: Weights
+    least: Array
+    regularisation: RampRegularisation
+
+    def form(self, model: ElementModel) -> LinearForm:
+        """Return the linear form of the sum; its models have the card and the dead time of `model`."""
+        bank = row_bank(self.training, self.direction, self.columns, self.start)
+        sums = bank.values @ self.weights.weight
+        outputs = self.weights.outputs(sums)
+        map_rows, gain, slopes = self.weights.map_rows(outputs)
+        rows = np.hstack([np.ones((outputs.size, 1)), bank.values, -map_rows]) / gain[:, None]
+        unknowns = np.concatenate([[self.weights.offset], self.weights.weight, slopes])
+        lower = np.concatenate([[0.0], self.least, np.full(slopes.size, LEAST_OF_MAP)])
+        penalty = penalty_of(
+            self.regularisation, self.columns.neighbours, self.least.size, self.weights.outer
+        )
+
+        def with_unknowns(v: Array) -> ElementModel:
+            size = 1 + self.least.size
+            inner = self.weights.inner
+            if inner.size:
+                rises = v[size:] * np.diff(self.weights.outer)
+                inner = inner[0] + np.concatenate([[0.0], np.cumsum(rises)])
+            return replace(
+                model,
+                elements=self.columns.elements(v[1:size]),
+                offset=float(v[0]),
+                after_map=(tuple(inner.tolist()), tuple(self.weights.outer.tolist())),
+            )
+
+        scaling = self.training.scaling
+        inputs = predicted = None
+        if self.direction == "forward":
+            inputs = scaling.center + scaling.half_range * bank.argument
+            predicted = scaling.outward(outputs)
+        return LinearForm(
+            rows=rows,
+            miss=bank.target - outputs,
+            unknowns=unknowns,
+            lower=lower,
+            penalty=penalty,
+            inputs=inputs,
+            outputs=predicted,
+            unit=np.full(outputs.size, abs(scaling.amplitude)),
+            estimate=model,
+            model=with_unknowns,
+        )
+
+
+class Made(NamedTuple):
+    """A model, the sum that it was made of, and the violation of its optimality conditions.
+
+    `carrying` weights are not 0; `apart` is what taking the others out changed of the output, rms, scaled.
+    """
+
+    model: ElementModel
+    terms: Terms
+    kkt: float
+    carrying: int
+    apart: float
 
 
 def best_sum(
@@ -146,7 +233,7 @@ def best_sum(
         raise IdentificationError(
             "no sum of elements could be fitted; take a smaller family, such as pi."
         )
-    best, model, weights = _fitted(ordered, workshops, firm, most)
+    best, made = _fitted(ordered, workshops, firm, most)
     of_its_name = [row for row in sums if row.name == best.sum.name]
     if len(of_its_name) < len(sums):
         # Fitted once more by its name, so that the person who names this row gets the same model.
@@ -155,9 +242,7 @@ def best_sum(
         return replace(alone, candidates=(*alone.candidates, *others))
     ordered.sort(key=lambda candidate: candidate is not best)
     offered = workshops[best.sum.direction].columns.of(best.sum.groups).size
-    return Chosen(
-        model, tuple(ordered), weights.kkt, int(np.count_nonzero(weights.weight)), offered
-    )
+    return Chosen(made.model, tuple(ordered), made.kkt, made.carrying, offered, made.terms)
 
 
 def _workshops(training: Training, sums: Sequence[Sum]) -> dict[str, Workshop]:
@@ -177,42 +262,41 @@ def _demerit(candidate: ScoredSum) -> float:
 
 def _fitted(
     ordered: Sequence[ScoredSum], workshops: dict[str, Workshop], firm: bool, most: int | None
-) -> tuple[ScoredSum, ElementModel, Weights]:
+) -> tuple[ScoredSum, Made]:
     """The smallest model of the best candidates, fitted to everything; of firm ones one that has an inverse, if any."""
     if most is not None:
         return _within(ordered, workshops, firm, most)
     limit = POLICY.smaller_model * _demerit(ordered[0])
     fitted = []
     for candidate in _finalists(ordered, limit, MADE_SMALL):
-        model, weights, _ = workshops[candidate.sum.direction].model(candidate, firm)
-        fitted.append((candidate, model, weights))
+        fitted.append((candidate, workshops[candidate.sum.direction].model(candidate, firm)))
     # The order is stable: of equal sizes the one that errs less wins.
-    fitted.sort(key=lambda row: row[1].free_parameters)
+    fitted.sort(key=lambda row: row[1].model.free_parameters)
     for row in fitted:
-        if not (firm and row[1].no_inverse):
+        if not (firm and row[1].model.no_inverse):
             return row
     tried = [row[0] for row in fitted]
     for candidate in ordered:
         if candidate in tried or not np.isfinite(candidate.score):
             continue
-        model, weights, _ = workshops[candidate.sum.direction].model(candidate, firm)
-        if not model.no_inverse:
-            return candidate, model, weights
+        made = workshops[candidate.sum.direction].model(candidate, firm)
+        if not made.model.no_inverse:
+            return candidate, made
     return fitted[0]
 
 
 def _within(
     ordered: Sequence[ScoredSum], workshops: dict[str, Workshop], firm: bool, most: int
-) -> tuple[ScoredSum, ElementModel, Weights]:
+) -> tuple[ScoredSum, Made]:
     """The model of at most so many numbers that errs least: by its score, and by what it was changed to be so small."""
     best, least, fewest = None, float("inf"), 0
     for candidate in _finalists(ordered, float("inf"), MADE_TO_FIT):
-        model, weights, apart = workshops[candidate.sum.direction].model(candidate, firm, most)
-        size = model.free_parameters
+        made = workshops[candidate.sum.direction].model(candidate, firm, most)
+        size = made.model.free_parameters
         fewest = min(fewest or size, size)
-        error = float(np.hypot(candidate.score, apart)) / candidate.sum.worth
-        if size <= most and error < least and not (firm and model.no_inverse):
-            best, least = (candidate, model, weights), error
+        error = float(np.hypot(candidate.score, made.apart)) / candidate.sum.worth
+        if size <= most and error < least and not (firm and made.model.no_inverse):
+            best, least = (candidate, made), error
     if best is None:
         raise IdentificationError(
             f"no model of at most {most} numbers was found (--size {most}); the smallest has {fewest}. Allow more.",
@@ -260,8 +344,8 @@ class RowBank:
     ----------
     values
         Columns, (K, p).
-    target, output
-        What the sum is to be, and the output of the log; the same in the forward direction. (K,)
+    argument, target, output
+        What the elements see, what the sum is to be, and the output of the log, (K,); forward the last two are one.
     folds
         Of each row, spread and in one piece, (K,) each.
     weight
@@ -271,6 +355,7 @@ class RowBank:
     """
 
     values: Array
+    argument: Array
     target: Array
     output: Array
     folds: tuple[Numbers, Numbers]
@@ -293,9 +378,7 @@ class Workshop:
         self.later_sums = self._sums(self.columns, self.bank, OF_MAP[direction], self.bank.folds[1])
         self._programs: dict[tuple[tuple[str, ...], bool], tuple[Program, Marks | None]] = {}
         self._scores: dict[tuple[tuple[str, ...], bool, RampRegularisation], float] = {}
-        self._models: dict[
-            tuple[ScoredSum, bool, int | None], tuple[ElementModel, Weights, float]
-        ] = {}
+        self._models: dict[tuple[ScoredSum, bool, int | None], Made] = {}
 
     def candidate(self, row: Sum, mapped: bool, regularisation: RampRegularisation) -> ScoredSum:
         """Score a sum, once; the score is infinite if the sum has no solution."""
@@ -363,19 +446,24 @@ class Workshop:
         weights = program.solve(EVERY, chosen.regularisation, warm)
         return weights.outputs(self.bank.values[:, columns] @ weights.weight) - self.bank.target
 
-    def model(
-        self, chosen: ScoredSum, firm: bool, most: int | None = None
-    ) -> tuple[ElementModel, Weights, float]:
-        """Fit a candidate to all rows, and take out of it what it does not need, or what is too many; once.
-
-        The number is what that changed of its output, rms, scaled.
-        """
+    def model(self, chosen: ScoredSum, firm: bool, most: int | None = None) -> Made:
+        """Fit a candidate to all rows, and take out of it what it does not need, or what is too many; once."""
         key = (chosen, firm, most)
         if key not in self._models:
             columns, weights, least = self._fitted(chosen, firm)
             smaller, apart = self._reduced(chosen, columns, weights, least, most)
             model = self._record(columns, smaller, chosen.sum.name)
-            self._models[key] = model, smaller, apart
+            terms = Terms(
+                self.training,
+                self.direction,
+                self.start,
+                columns,
+                weights,
+                least,
+                chosen.regularisation,
+            )
+            carrying = int(np.count_nonzero(smaller.weight))
+            self._models[key] = Made(model, terms, smaller.kkt, carrying, apart)
         return self._models[key]
 
     def _fitted(self, chosen: ScoredSum, firm: bool) -> tuple[Columns, Weights, Array]:
@@ -531,48 +619,60 @@ class Workshop:
         signals = [stretch.x for stretch in stretches]
         return data_kit.spread_rows(signals, [stretch.counts for stretch in stretches], MOST_ROWS)
 
-    @cached_property
-    def _all_rows(self) -> tuple[data_kit.SpreadRows, ...]:
-        """Every row that counts, of each stretch."""
-        rows = []
-        for stretch in self.training.stretches:
-            at = np.flatnonzero(stretch.counts)
-            rows.append(data_kit.SpreadRows(at, np.ones(at.size)))
-        return tuple(rows)
-
     def _bank(self, columns: Columns, start: str, whole: bool = False) -> RowBank:
         """Return rows of columns: those of the choice, or of the `whole` training."""
-        compared = self._all_rows if whole else self._chosen_rows
-        template = ElementModel(columns.cells, start=start, scaling=self._seen_scaling())
-        target, output, places = [], [], []
-        values = np.empty((sum(part.rows.size for part in compared), columns.cell.size))
-        filled = 0
-        for number, stretch in enumerate(self.training.stretches):
-            rows = compared[number].rows
-            argument, sum_values = stretch.x, stretch.y
-            if self.direction == "inverse":
-                argument, sum_values = stretch.y, stretch.x
-            of_stretch = values[filled : filled + rows.size]
-            xi = self.training.xi(stretch)
-            _fill_rows(of_stretch, columns, template, argument, stretch.dt, rows, xi)
-            filled += rows.size
-            target.append(sum_values[rows])
-            output.append(stretch.y[rows])
-            places.append(np.stack([np.full(rows.size, number), rows], axis=1))
-        weight = np.concatenate([spread.weight for spread in compared])
-        return RowBank(
-            values=values,
-            target=np.concatenate(target),
-            output=np.concatenate(output),
-            folds=data_kit.folds_of(weight),
-            weight=weight,
-            places=np.concatenate(places),
-        )
+        rows = None if whole else self._chosen_rows
+        return row_bank(self.training, self.direction, columns, start, rows)
 
     def _seen_scaling(self) -> Scaling:
-        if self.direction == "forward":
-            return self.training.scaling
-        return self.training.scaling.swapped()
+        return seen_scaling(self.training, self.direction)
+
+
+def seen_scaling(training: Training, direction: str) -> Scaling:
+    """Return the scaling of what the elements see."""
+    if direction == "forward":
+        return training.scaling
+    return training.scaling.swapped()
+
+
+def row_bank(
+    training: Training,
+    direction: str,
+    columns: Columns,
+    start: str,
+    compared: Sequence[data_kit.SpreadRows] | None = None,
+) -> RowBank:
+    """Return rows of columns, of each stretch those that are compared; None: every one that counts."""
+    if compared is None:
+        every = [np.flatnonzero(stretch.counts) for stretch in training.stretches]
+        compared = [data_kit.SpreadRows(rows, np.ones(rows.size)) for rows in every]
+    template = ElementModel(columns.cells, start=start, scaling=seen_scaling(training, direction))
+    seen, target, output, places = [], [], [], []
+    values = np.empty((sum(part.rows.size for part in compared), columns.cell.size))
+    filled = 0
+    for number, stretch in enumerate(training.stretches):
+        rows = compared[number].rows
+        argument, sum_values = stretch.x, stretch.y
+        if direction == "inverse":
+            argument, sum_values = stretch.y, stretch.x
+        of_stretch = values[filled : filled + rows.size]
+        xi = training.xi(stretch)
+        _fill_rows(of_stretch, columns, template, argument, stretch.dt, rows, xi)
+        filled += rows.size
+        seen.append(argument[rows])
+        target.append(sum_values[rows])
+        output.append(stretch.y[rows])
+        places.append(np.stack([np.full(rows.size, number), rows], axis=1))
+    weight = np.concatenate([spread.weight for spread in compared])
+    return RowBank(
+        values=values,
+        argument=np.concatenate(seen),
+        target=np.concatenate(target),
+        output=np.concatenate(output),
+        folds=data_kit.folds_of(weight),
+        weight=weight,
+        places=np.concatenate(places),
+    )
 
 
 def _squares(weights: Weights, bank: RowBank) -> float:

@@ -73,6 +73,14 @@ class Weights:
         u = self.offset + summed
         return _native.map_values(self.inner, self.outer, u) if self.inner.size else np.asarray(u)
 
+    def map_rows(self, y: Array) -> tuple[Array, Array, Array]:
+        """By how much T(y) grows with each slope of T, (T, pieces), with y, (T,), and these slopes, (pieces,)."""
+        if not self.outer.size:
+            return np.zeros((y.size, 0)), np.ones(y.size), np.zeros(0)
+        slopes = np.diff(self.inner) / np.diff(self.outer)
+        place, ramps = _ramps(y, self.outer)
+        return ramps, slopes[place], slopes
+
 
 @dataclass(frozen=True, eq=False)
 class Sums:
@@ -119,8 +127,7 @@ class Sums:
     @cached_property
     def penalty(self) -> tuple[Array, Array]:
         """Of differences between neighbours, (p, p), and of the slopes of the map, (pieces, pieces)."""
-        pairs = np.stack([np.arange(self.pieces - 1), np.arange(1, self.pieces)], axis=1)
-        return _differences(self.least.size, self.neighbours), _differences(self.pieces, pairs)
+        return _differences(self.least.size, self.neighbours), _chain(self.pieces)
 
 
 def blocks_used(choices: Choices) -> Array:
@@ -142,10 +149,7 @@ def block_sums(
 ) -> Sums:
     """Add up rows: columns (T, p), outputs, blocks and weights (T,)."""
     knots = np.linspace(float(y.min()), float(y.max()), pieces + 1)
-    place = np.clip(np.searchsorted(knots, y, side="right") - 1, 0, pieces - 1)
-    low, high = knots[:-1].copy(), knots[1:].copy()
-    low[0], high[-1] = -np.inf, np.inf
-    ramps = np.clip(y[:, None], low, high) - knots[:-1]
+    place, ramps = _ramps(y, knots)
     rows = np.hstack([np.ones((y.size, 1)), columns, -ramps])
     n = rows.shape[1]
     below = _below(n)
@@ -172,6 +176,14 @@ def block_sums(
         counted[b, m] = weight[part].sum()
         square[b, m] = (weight[part] * part_y) @ part_y
     return Sums(gram, rhs, counted, square, knots, least, neighbours)
+
+
+def _ramps(y: Array, knots: Array) -> tuple[Numbers, Array]:
+    """In which piece each y lies, (T,), and how far it is along each of them, (T, pieces); the outer ones go on."""
+    place = np.clip(np.searchsorted(knots, y, side="right") - 1, 0, knots.size - 2)
+    low, high = knots[:-1].copy(), knots[1:].copy()
+    low[0], high[-1] = -np.inf, np.inf
+    return place, np.clip(y[:, None], low, high) - knots[:-1]
 
 
 class Program:
@@ -270,16 +282,37 @@ class Program:
 
     def _extra(self, regularisation: RampRegularisation) -> Array:
         """What a sample adds to the normal equations beside itself."""
-        size, sums = self._size, self._sums
-        extra = np.zeros((self._lower.size, self._lower.size))
-        extra[1:size, 1:size] = regularisation.lam**2 * self._chains
-        extra[np.arange(1, size), np.arange(1, size)] += regularisation.ridge**2
-        if self._mapped:
-            share = np.diff(sums.knots) / np.ptp(sums.knots)
-            extra[size:, size:] = (
-                MEAN_SLOPE * np.outer(share, share) + SMOOTH_MAP**2 * sums.penalty[1]
-            )
-        return extra
+        knots = self._sums.knots if self._mapped else np.zeros(0)
+        return _penalty(regularisation, self._chains, self._sums.penalty[1], knots)
+
+
+def penalty_of(
+    regularisation: RampRegularisation, neighbours: Numbers, size: int, knots: Array
+) -> Array:
+    """Return what a sample adds to the normal equations of `size` columns and a map between knots, if there are any."""
+    return _penalty(
+        regularisation, _differences(size, neighbours), _chain(max(knots.size - 1, 0)), knots
+    )
+
+
+def _penalty(
+    regularisation: RampRegularisation, chains: Array, of_map: Array, knots: Array
+) -> Array:
+    size = 1 + len(chains)
+    pieces = max(knots.size - 1, 0)
+    extra = np.zeros((size + pieces, size + pieces))
+    extra[1:size, 1:size] = regularisation.lam**2 * chains
+    extra[np.arange(1, size), np.arange(1, size)] += regularisation.ridge**2
+    if pieces:
+        share = np.diff(knots) / np.ptp(knots)
+        extra[size:, size:] = MEAN_SLOPE * np.outer(share, share) + SMOOTH_MAP**2 * of_map
+    return extra
+
+
+def _chain(size: int) -> Array:
+    """Return the matrix of the sum of squared differences of successive ones."""
+    pairs = np.stack([np.arange(max(size - 1, 0)), np.arange(1, max(size, 1))], axis=1)
+    return _differences(size, pairs)
 
 
 @lru_cache(maxsize=32)

@@ -98,9 +98,13 @@ def sample(row: Row) -> ElementModel:
     )
 
 
-def _fit_row(training: Training, row: Row, most: int | None = None) -> ElementModel:
+def _fit_row(training: Training, row: Row) -> ElementModel:
+    return _chosen_row(training, row).model
+
+
+def _chosen_row(training: Training, row: Row, most: int | None = None) -> Chosen:
     sums = row.sums if training.timed else _without_time(row)
-    return best_sum(training, sums, most=most).model
+    return best_sum(training, sums, most=most)
 
 
 def _without_time(row: Row) -> tuple[Sum, ...]:
@@ -127,12 +131,12 @@ def _without_time(row: Row) -> tuple[Sum, ...]:
     )
 
 
-def row_within(name: str, training: Training, most: int) -> ElementModel:
-    """Return a model of a row of `ROW_NAMES`, or of the best one, of at most so many numbers."""
+def row_named(name: str, training: Training, most: int | None = None) -> Chosen:
+    """Return the model of a row of `ROW_NAMES`, or of the best one, of at most so many numbers."""
     if name == BEST:
-        return best_row(training, most=most).model
+        return best_row(training, most=most)
     (row,) = (row for row in ROWS if row.name == name)
-    return _fit_row(training, row, most)
+    return _chosen_row(training, row, most)
 
 
 def _fit_best(training: Training) -> ElementModel:

@@ -4,27 +4,32 @@ from dehyst.lazy import lazy_names
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from dehyst.families._choice import Terms as Terms
     from dehyst.families._elements import KINDS as KINDS
     from dehyst.families._elements import LAGS as LAGS
     from dehyst.families._elements import SOURCES as SOURCES
     from dehyst.families._elements import ElementModel as ElementModel
     from dehyst.families._lateness import ChosenRow as ChosenRow
+    from dehyst.families._linear_form import NEXT_TO_NOTHING as NEXT_TO_NOTHING
+    from dehyst.families._linear_form import LinearForm as LinearForm
     from dehyst.families._loop_work import DeadBand as DeadBand
     from dehyst.families._loop_work import work as work
     from dehyst.families._policy import POLICY as POLICY
     from dehyst.families._registry import BEST as BEST
     from dehyst.families._registry import TITLES as TITLES
-    from dehyst.families._rows import row_within as row_within
+    from dehyst.families._rows import row_named as row_named
     from dehyst.families._rows import turns_of as turns_of
 
 __getattr__, __dir__, __all__ = lazy_names(
     "dehyst.families.kit",
     {
+        "_choice": "Terms",
         "_elements": "ElementModel KINDS LAGS SOURCES",
         "_lateness": "ChosenRow",
+        "_linear_form": "NEXT_TO_NOTHING LinearForm",
         "_loop_work": "DeadBand work",
         "_policy": "POLICY",
         "_registry": "BEST TITLES",
-        "_rows": "row_within turns_of",
+        "_rows": "row_named turns_of",
     },
 )

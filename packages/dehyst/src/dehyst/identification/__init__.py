@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from dehyst.identification._fit import InputError as InputError
     from dehyst.identification._fit import Refit as Refit
     from dehyst.identification._fit import Score as Score
+    from dehyst.identification._intervals import Interval as Interval
     from dehyst.identification._memory import INITIAL_STATES as INITIAL_STATES
     from dehyst.identification._memory import known_from as known_from
     from dehyst.identification._memory import past_in_words as past_in_words
@@ -39,6 +40,7 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_comparison": "ComparedFamily Comparison compare",
         "_cross_validation": "CrossValidation cross_validate",
         "_fit": "ComparedSetting Fit InputError Refit Score",
+        "_intervals": "Interval",
         "_memory": "INITIAL_STATES known_from past_in_words state_before",
         "_mending": "ENDED mended",
         "_policy": "POLICY",

@@ -29,7 +29,7 @@ from dehyst.identification._candidates.plays import plays_of
 from dehyst.identification._cautions import late as lateness_finding
 from dehyst.identification._cautions import plays_only
 from dehyst.identification._families import FAMILIES, STATIC
-from dehyst.identification._fit import ComparedSetting, Fit
+from dehyst.identification._fit import WITHOUT_SIGNALS, ComparedSetting, Fit
 from dehyst.identification._judge import judge
 from dehyst.identification._policy import POLICY
 from dehyst.identification._prepared import Prepared, prepared
@@ -44,7 +44,7 @@ from dehyst.identification._settings import (
 from dehyst.identification._shear import identify_sheared, identify_within
 from dehyst.identification._threads import single_blas
 from dehyst.identification._tracking import with_table
-from dehyst.models import Resonance
+from dehyst.models import Resonance, StaticCurve
 from dehyst.models import kit as models_kit
 from dehyst.shell import did_you_mean
 
@@ -378,14 +378,24 @@ def best_fit(
     with single_blas():
         try:
             search = partial(best_row_and_delay, firm=purpose != "simulate", size=size, ahead=ahead)
-            (chosen, late, delay), about_schedules = _with_schedules_or_not(training, search)
+            (chosen, late, delay), plain, about_schedules = _with_schedules_or_not(training, search)
             compared = _compared(fitted_plays, chosen)
             terms = chosen.carrying, chosen.columns
             outcome = loop_outcome(
-                log, chosen.model, settings, fitted_plays.static, *terms, chosen.kkt, compared
+                log,
+                chosen.model,
+                settings,
+                fitted_plays.static,
+                *terms,
+                chosen.kkt,
+                compared,
+                chosen.terms,
             )
             rows = judge(log.data, log.seen, outcome)
             rows = replace(rows, warnings=(*rows.warnings, *about_schedules))
+            rivals = [fitted_plays]
+            if plain is not None:
+                rivals.append(_without_signals(log, settings, fitted_plays.static, plain.chosen))
         # Too few samples, or no program that could be solved: plays are what there is.
         except DehystError:
             # Plays do not go with another signal, so they cannot stand in.
@@ -404,23 +414,37 @@ def best_fit(
     plays_do = _plays_do(fitted_plays, chosen, not_told_apart)
     if plays_do and (fitted_plays.family == STATIC or not too_large):
         return _with_lateness(with_table(fitted_plays, rows), late, training.period)
-    return _with_lateness(with_table(rows, fitted_plays), late, training.period, delay)
+    return _with_lateness(with_table(rows, *rivals), late, training.period, delay)
 
 
 def _with_schedules_or_not(
     training: Training, search: Callable[[Training], families_kit.ChosenRow]
-) -> tuple[families_kit.ChosenRow, tuple[Finding, ...]]:
-    """Return the best row, whose weights go with other signals if that pays, and what is to be said of them."""
+) -> tuple[families_kit.ChosenRow, families_kit.ChosenRow | None, tuple[Finding, ...]]:
+    """Return the best row, whose weights go with other signals if that pays, and what is to be said of them.
+
+    Where they do, the second row is the best one without these signals.
+    """
     chosen = search(training)
     if not training.schedules:
-        return chosen, ()
+        return chosen, None, ()
     names = [name for name, _ in training.signals]
+    plain = search(training.unscheduled)
     once = tuple(learned_once(names, training.joined(training.xi)))
     if once:
-        return chosen, once
-    plain = search(training.unscheduled)
+        return chosen, plain, once
     findings = tuple(without_gain(names, chosen.score, plain.score, left_out=True))
-    return (plain if findings else chosen), findings
+    if findings:
+        return plain, None, findings
+    return chosen, plain, ()
+
+
+def _without_signals(
+    log: Prepared, settings: dict[str, Any], static: StaticCurve, plain: Chosen
+) -> Fit:
+    """Return the fit of the best row whose weights go with no signal: what a schedule has to beat is shown."""
+    terms = plain.carrying, plain.columns
+    fit = judge(log.data, log.seen, loop_outcome(log, plain.model, settings, static, *terms))
+    return replace(fit, family=fit.family + WITHOUT_SIGNALS)
 
 
 def _with_lateness(fit: Fit, late: Lateness | None, period: float, delay: int = 0) -> Fit:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
 from dehyst.arrays import Array
+from dehyst.families.kit import LinearForm
 from dehyst.findings import Finding
 from dehyst.identification._cautions import Knows
 from dehyst.identification._fit import Certificate, ComparedSetting, Refitting
@@ -85,6 +86,8 @@ class Outcome:
         What only this family says of itself.
     remarks
         Findings that only this family has, asked for once the model was measured.
+    form
+        Makes the linear form of the judged model, for intervals; None where there is none.
     """
 
     family: str
@@ -98,3 +101,4 @@ class Outcome:
     refitter: Refitting | None = None
     details: Mapping[str, Any] = field(default_factory=dict)
     remarks: Callable[[Measured], Iterable[Finding]] = no_remarks
+    form: Callable[[Any], LinearForm] | None = None

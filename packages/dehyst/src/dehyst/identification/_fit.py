@@ -14,12 +14,14 @@ from dehyst.arrays import Array, Mask
 from dehyst.data import Loops, Plotted, Recording
 from dehyst.errors import DehystError, ParameterError
 from dehyst.families import dead_band
-from dehyst.families.kit import DeadBand
+from dehyst.families.kit import DeadBand, LinearForm
 from dehyst.findings import Finding, Grade
 from dehyst.identification._evidence import CREEP, LEAST, RATE, Evidence
 from dehyst.identification._facts import Motion
+from dehyst.identification._intervals import LEVEL, Draws, Interval, draws_of
 from dehyst.identification._policy import POLICY
 from dehyst.identification._residual import Residual, residual_structure
+from dehyst.identification._threads import single_blas
 from dehyst.models import (
     HysteresisModel,
     ModelCard,
@@ -31,6 +33,9 @@ from dehyst.shell import command
 
 # A log whose fastest strokes are less than so many times faster than its slowest ones has one speed.
 SPEEDS = 1.5
+WITHOUT_SIGNALS = " without signals"  # ends the name of the best row that goes with no other signal
+DRAWN_SAMPLES = 500  # of half a way: what tells the dead band of a draw
+ROUNDING = 5e-3  # of a dead band: it is read from samples of a motion
 
 
 @dataclass(frozen=True, slots=True)
@@ -436,6 +441,8 @@ class Fit(Plotted):
         From what the model was chosen, or what it is to be compared with; the curve among them.
     details
         What only this family says of itself, by the name under which ``--json`` shows it.
+    form
+        Makes what `interval` draws from; None where weights cannot be drawn anew.
 
     Examples
     --------
@@ -472,6 +479,7 @@ class Fit(Plotted):
     curve_input: InputError = UNKNOWN
     table: tuple[Option, ...] = ()
     details: Mapping[str, Any] = field(default_factory=dict)
+    form: Callable[[Any], LinearForm] | None = field(default=None, repr=False, compare=False)
 
     @property
     def direction(self) -> str:
@@ -531,6 +539,13 @@ class Fit(Plotted):
         """Which row of the table errs far less on held-out samples, and why it was not taken; "" if there is none."""
         if not self.test or not self.candidates:
             return ""
+        for row in self.table:
+            if row.family.endswith(WITHOUT_SIGNALS) and row.test_percent < self.test.rmse_percent:
+                return (
+                    f"{row.family} errs {row.test_percent:.3g} % on held-out samples, {self.family} with signals "
+                    f"{self.test.rmse_percent:.3g} %. It was not taken: on what was left out of the fitted part it "
+                    f"erred more. Something that was not logged may have changed, too. To take it leave --schedule out."
+                )
         best = min(self.table, key=lambda row: row.test_percent, default=None)
         if best is None or not best.test_percent * POLICY.far_better <= self.test.rmse_percent:
             return ""
@@ -556,6 +571,132 @@ class Fit(Plotted):
         # A model that cannot be run over its whole range has none that could be told.
         except DehystError:
             return None
+
+    @cached_property
+    def draws(self) -> Draws | None:
+        """Models with weights drawn anew, from which intervals are made; None for a family without them."""
+        if self.form is None:
+            return None
+        with single_blas():
+            return draws_of(self.form(self.model))
+
+    def interval(self, function: Callable[[Any], npt.ArrayLike], level: float = 0.95) -> Interval:
+        r"""Return the interval of anything that is computed from the model: weights, predictions, figures of a loop.
+
+        100 models are drawn as they would be identified from other logs with the same input, and the function of
+        each is computed. With the estimate u, the normal equations G, the columns A and errors r of a block of rows,
+        and one random number h for each block, a draw is the solution d of the same program::
+
+            minimise  1/2 d' (G + penalty) d - d' sum over blocks of h_b A_b' r_b,    u + d >= lower
+
+        The interval of f is f(u) - t s to f(u) + t s, where s is the root mean square of f(u + d) - f(u), and t is
+        that of Student's distribution for the number of blocks. It does not cross 0 where no draw does: that of
+        a weight that may be 0 begins there.
+
+        Parameters
+        ----------
+        function
+            Of a model of this family: returns a number or an array. It is called 101 times.
+        level
+            Share of such logs whose intervals hold the value of the best model of this structure.
+
+        Returns
+        -------
+        interval
+            ``value``, ``low`` and ``high``, numbers, or arrays of the function's shape, each place by itself.
+
+        Raises
+        ------
+        ParameterError
+            If the family has none: a curve, a family that is fitted by a search, the direct inverse; or for a level
+            that is no share.
+        IdentificationError
+            If more than a tenth of the draws have no such value.
+
+        Notes
+        -----
+        Structure, start state and input are fixed. Noise, whether white or lasting, and what a model of this structure
+        cannot explain are in the interval; another actuator, drift, and motions that the log does not have are not. The
+        noise of a new measurement comes on top. How often intervals hold what they should:
+        docs/decisions/0069-intervals.md.
+
+        Examples
+        --------
+        >>> import numpy as np, dehyst
+        >>> rng = np.random.default_rng(0)
+        >>> x = 2 * np.sin(np.linspace(0, 40, 2000)) * np.linspace(1, 0.3, 2000)
+        >>> y = dehyst.PrandtlIshlinskii([0.0, 0.6], [1.0, 0.5]).simulate(x) + 0.05 * rng.normal(size=2000)
+        >>> fit = dehyst.identify(dehyst.Recording(input=x, output=y), family="pi", n=10)
+        >>> at_the_tip = fit.interval(lambda model: model.simulate([0.0, 2.0])[-1])
+        >>> bool(at_the_tip.low < 2.7 < at_the_tip.high), bool(at_the_tip.half_width < 0.02)
+        (True, True)
+        """
+        if self.draws is None:
+            raise ParameterError(
+                f"there are no intervals for '{self.family}': its numbers are no weights of a sum with memory that one "
+                f"program finds, so they cannot be drawn anew. Take plays (pi, modified-pi, stop) or a row of elements "
+                f"(play-sum, full-sum)."
+            )
+        return self.draws.interval(function, level)
+
+    @cached_property
+    def dead_band_interval(self) -> Interval | None:
+        """Interval of the width of the dead band, 95 %; None without one. [input]
+
+        A play between two thresholds is shared among both, and the lower one is seen first: so the interval reaches to
+        the next threshold at least.
+        """
+        if self.dead_band is None or self.draws is None:
+            return None
+        interval = self.interval(_dead_width)
+        widths = 2.0 * np.unique(np.concatenate([_radii(model) for model in self.draws.models]))
+        wider = widths[widths > self.dead_band.width * (1.0 + ROUNDING)]
+        high = interval.high
+        if wider.size:
+            high = max(high, float(wider[0]))
+        return replace(interval, value=self.dead_band.width, high=high)
+
+    @property
+    def _dead_band_dict(self) -> dict[str, float] | None:
+        if self.dead_band is None:
+            return None
+        interval = self.dead_band_interval
+        if interval is None:
+            return asdict(self.dead_band)
+        return {**asdict(self.dead_band), "low": interval.low, "high": interval.high}
+
+    @property
+    def _intervals_dict(self) -> dict[str, Any] | None:
+        if self.draws is None:
+            return None
+        weights = []
+        if self.weight_interval is not None:
+            low, high = self.weight_interval.low.tolist(), self.weight_interval.high.tolist()
+            weights = [list(pair) for pair in zip(low, high, strict=True)]
+        return {
+            "level": LEVEL,
+            "blocks": self.draws.blocks,
+            "output": self.output_certain,
+            "weights": weights,
+        }
+
+    @property
+    def output_certain(self) -> float | None:
+        """Half the width of the 95 % interval of the output along the fitted part, rms; None if unknown. [output]"""
+        if self.draws is None or self.draws.band is None:
+            return None
+        return float(np.sqrt(np.mean(self.draws.band.half_width**2)))
+
+    @cached_property
+    def weight_interval(self) -> Interval | None:
+        """Interval of each weight of plays or stops that the model has, 95 %; None for models without them."""
+        core = self.model.play_core
+        if core is None or self.draws is None:
+            return None
+        # The draws have every operator that was offered.
+        offered = self.draws.form.estimate.play_core.thresholds
+        places = np.searchsorted(offered, core.thresholds)
+        return self.interval(lambda model: model.operators[1][places])
 
     @property
     def input_error(self) -> InputError:
@@ -732,7 +873,8 @@ class Fit(Plotted):
                 "loops": self.facts.loops,
                 "numbers": self.facts.numbers and self.facts.numbers.summary,
             },
-            "dead_band": self.dead_band and asdict(self.dead_band),
+            "dead_band": self._dead_band_dict,
+            "intervals": self._intervals_dict,
             "dead_time_s": self.model.dead_time,
             "resonance": self.model.resonance and asdict(self.model.resonance),
             "residual": self.residual.as_dict(),
@@ -770,6 +912,19 @@ def term_word(model: Any) -> str:
     if model.play_core is None:
         return "terms"
     return "operators"
+
+
+def _dead_width(model: Any) -> float:
+    band = dead_band(model, samples=DRAWN_SAMPLES)
+    return 0.0 if band is None else band.width
+
+
+def _radii(model: Any) -> Array:
+    """Thresholds of the plays of a model. [input]"""
+    if model.play_core is not None:
+        return np.asarray(model.play_core.thresholds)
+    radii = [q.radius for q in model.elements if q.kind in ("play", "creep", "wide", "stop")]
+    return np.asarray(abs(model.scaling.half_range) * np.array(radii, dtype=np.float64))
 
 
 def _score_dict(score: Score | InputError | None) -> dict[str, float] | None:

@@ -256,6 +256,7 @@ def judge(data: DataSet, seen: Seen, outcome: Outcome) -> Fit:
         grade=grade,
         refitter=outcome.refitter,
         details=outcome.details,
+        form=outcome.form,
     )
 
 

@@ -85,6 +85,18 @@ class Policy:
     redraws: int = 2000
     # ... the interval holds this share of the results, and two families tie where it reaches across.
     redraw_share: float = 0.9
+    # Weights of a fit are drawn anew so often: the width of an interval is then certain to 7 %. [draws]
+    interval_draws: int = 100
+    # Errors are drawn in blocks so long that this share of the variance of their sums is lost across the ends, ...
+    lost_variance: float = 0.05
+    # ... but of fewer blocks than this the scatter says little, ... [blocks]
+    fewest_interval_blocks: int = 10
+    # ... and more than this say no more, and take longer. [blocks]
+    most_interval_blocks: int = 100
+    # A block without which less than this share of what is known of some unknown remains tells of it alone.
+    told_elsewhere: float = 0.1
+    # An interval is that of the draws that have such a value, if so many do.
+    answering_draws: float = 0.9
     # A row of the table that errs so many times less on held-out samples than the chosen one is named. [factor]
     far_better: float = 3.0
     # Families whose errors differ by more than this are no tie, whatever part makes the difference. [factor]

@@ -126,6 +126,7 @@ def _certificate(fit: Fit) -> PageTable:
         undetermined = f"{undetermined} {unit}".strip()
     rows += [
         ("With weight", fit.size or "a curve without memory"),
+        *_certain(fit),
         ("Thresholds the data did not determine", undetermined),
         ("Before the log, assumed", past_in_words(c.initial_state)),
     ]
@@ -135,6 +136,15 @@ def _certificate(fit: Fit) -> PageTable:
         tuple(rows),
         "The residual: how exactly the optimum was reached. The round trip: how exactly the inverse undoes the model.",
     )
+
+
+def _certain(fit: Fit) -> list[tuple[str, str]]:
+    """How well the log determines the output of the model."""
+    if fit.output_certain is None or fit.draws is None:
+        return []
+    width = with_unit(fit.output_certain, fit.recordings[0].output_unit)
+    words = f"± {width}, rms along the fitted part, from the scatter of {fit.draws.blocks} blocks of errors"
+    return [("Output of the model is certain to (95 %)", words)]
 
 
 def _own(fit: Fit) -> tuple[PageTable, ...]:
@@ -185,6 +195,12 @@ def _numbers_of(fit: Fit) -> list[tuple[str, str]]:
     if fit.dead_band is not None:
         unit = fit.recordings[0].input_unit
         width = with_unit(fit.dead_band.width, unit)
+        if fit.dead_band_interval is not None:
+            low, high = (
+                number(fit.dead_band_interval.low),
+                with_unit(fit.dead_band_interval.high, unit),
+            )
+            width += f" (95 %: {low} to {high})"
         share = f"{number(fit.dead_band.percent, 2)} % of the input's range"
         rows.append(("Dead band of the model behind a turn", f"{width}, {share}"))
     return rows

@@ -12,7 +12,7 @@ from dehyst.arrays import Array, Mask
 from dehyst.data import Recording, range_over
 from dehyst.data import kit as data_kit
 from dehyst.errors import IdentificationError
-from dehyst.families import LoopModel, Stretch, Training, first_input, steps_of
+from dehyst.families import ROW_NAMES, LoopModel, Stretch, Training, first_input, steps_of
 from dehyst.families import family as family_of
 from dehyst.families import kit as families_kit
 from dehyst.findings import Finding
@@ -62,14 +62,21 @@ class Literature:
             settings["seed"] = self.seed
         if self.size is not None:
             settings["size"] = self.size
-        model = self._fitted(log.training(self.seed))
+        training = log.training(self.seed)
+        made = None
+        model: LoopModel
+        if self.family in ROW_NAMES:
+            row = families_kit.row_named(self.family, training, self.size)
+            model, made = row.model, row.terms
+        else:
+            model = chosen.fit(training)
         terms = model.free_parameters
-        return loop_outcome(log, model, settings, log.curve(), terms, terms)
+        return loop_outcome(log, model, settings, log.curve(), terms, terms, made=made)
 
     def _fitted(self, training: Training) -> LoopModel:
-        if self.size is None:
-            return family_of(self.family).fit(training)
-        return families_kit.row_within(self.family, training, self.size)
+        if self.family in ROW_NAMES:
+            return families_kit.row_named(self.family, training, self.size).model
+        return family_of(self.family).fit(training)
 
     def block_errors(self, log: Prepared) -> BlockErrors:
         """Fit five times, each time without the outputs of one fold; the memory sees its inputs all the same."""
@@ -134,6 +141,7 @@ def loop_outcome(
     offered: int,
     kkt: float = float("nan"),
     compared: tuple[ComparedSetting, ...] = (),
+    made: families_kit.Terms | None = None,
 ) -> Outcome:
     """Return the outcome of a model with a start state.
 
@@ -145,11 +153,16 @@ def loop_outcome(
         Violation of the optimality conditions of its weights, relative; not a number for a search.
     compared
         What it was chosen from.
+    made
+        Of which terms it was made; None where it is no sum.
     """
     # Only the normal equations of a convex fit have conditions of optimality.
     route = SEARCH
     if np.isfinite(kkt):
         route = PROGRAM
+    form = None
+    if made is not None:
+        form = made.form
     certificate = Certificate(
         kkt_residual=kkt,
         inverse_gain=model.inverse_gain,
@@ -168,6 +181,7 @@ def loop_outcome(
         knows=Knows(leads=True, crosses=True, time=model.rate_dependent),
         compared=compared,
         remarks=lambda measured: _remarks(log, model, measured),
+        form=form,
     )
 
 

@@ -15,6 +15,7 @@ from dehyst.data import Recording
 from dehyst.errors import ExcitationError
 from dehyst.identification._candidate import BlockErrors, Outcome
 from dehyst.identification._candidates.play_blocks import play_block_errors
+from dehyst.identification._candidates.play_form import PlayForm
 from dehyst.identification._cautions import Knows
 from dehyst.identification._data import DataSet
 from dehyst.identification._families import STATIC, Estimate, build_model, fit_family, reduce
@@ -369,6 +370,10 @@ def _fitted(call: PlaysFamily, log: Prepared) -> Outcome:
         model: HysteresisModel = curve_of(estimate, data)
     else:
         model = build_model(estimate, data, bank, _knots_of(choice.family), ModelCard())
+    form = None
+    if choice.family != STATIC:
+        settled = settled_bank(data, bank, model)
+        form = PlayForm(data, settled, choice, _knots_of(choice.family), estimate, problem.eps)
     firm = firm.times(slope)
     # Only the paper's own bound depends on the units, which is what the strain tells of.
     strain = 0.0
@@ -401,6 +406,7 @@ def _fitted(call: PlaysFamily, log: Prepared) -> Outcome:
         knows=Knows(leads=choice.family in ("stop", "pi-cumulative")),
         compared=compared,
         refitter=refitter,
+        form=form,
     )
 
 

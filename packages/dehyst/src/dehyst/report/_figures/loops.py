@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,12 +16,24 @@ from dehyst.report._drawing import DASHED, PanelLine, break_times, chart, time_o
 from dehyst.report._judgement import inverse_miss
 from dehyst.report._parts import Axes, PageFigure, Panel
 from dehyst.report._text import count, number, short, with_unit
-from dehyst.report._theme import CYCLE, DATA, MODEL, MUTED, OTHER, STATIC, TEST, TRAIN, ThemeColour
+from dehyst.report._theme import (
+    CYCLE,
+    DATA,
+    FIFTH,
+    MODEL,
+    MUTED,
+    OTHER,
+    STATIC,
+    TEST,
+    TRAIN,
+    ThemeColour,
+)
 from dehyst.report._thin import Window
 
 MAXIMUM_PANELS = 6
 # A time series with more loops than this is a solid band; then only its end is drawn.
 LOOPS_OVER_TIME, LOOPS_SHOWN = 14, 6
+BAND_POINTS = 1500
 
 
 def loop_figure(fit: Fit) -> PageFigure:
@@ -39,6 +52,11 @@ def loop_figure(fit: Fit) -> PageFigure:
     caption = "Arrows show the direction of time. The thin dark line is the model."
     if np.any([mask.any() for mask in fit.test_masks]):
         caption += " It was identified from the blue part alone; the orange part was held out."
+    if _band_of(fit) is not None:
+        caption += (
+            " The band around it, along the fitted part, is where the model would lie on other logs with the same "
+            "input (95 %); the noise of a measurement comes on top."
+        )
     if alone:
         panels.append(_over_time(fit))
     elif len(fit.recordings) > len(shown):
@@ -61,12 +79,31 @@ def _loop(fit: Fit, i: int) -> Callable[[Axes], None]:
         breaks=rec.breaks,
     )
     lines = [*part_lines(fit, i, rec.input, rec.output, 3.0, alpha=0.6), model]
-    return chart(
-        rec.input_label,
-        rec.output_label,
-        lines,
-        also=partial(draw_arrows, fit, i, rec.input, rec.output),
-    )
+
+    def also(axes: Axes) -> None:
+        draw_arrows(fit, i, rec.input, rec.output, axes)
+        band = _band_of(fit)
+        if band is not None:
+            _draw_band(band, axes)
+
+    return chart(rec.input_label, rec.output_label, lines, also=also)
+
+
+def _band_of(fit: Fit) -> tuple[Array, Array, Array] | None:
+    """Where the model of the only log would lie on other logs; a dead time would move it along the input."""
+    first, model = fit.recordings[0], fit.model
+    if len(fit.recordings) > 1 or first.breaks or model.shear is not None or model.dead_time:
+        return None
+    return None if fit.draws is None else fit.draws.band
+
+
+def _draw_band(band: tuple[Array, Array, Array], axes: Axes) -> None:
+    x, y, half_width = band
+    # A polygon of many points makes the page heavy.
+    drawn = slice(None, None, -(-x.size // BAND_POINTS))
+    low, high = (y - half_width)[drawn], (y + half_width)[drawn]
+    look: dict[str, Any] = {"color": FIFTH.light, "alpha": 0.35, "lw": 0.0, "zorder": 2.8}
+    axes.fill_between(x[drawn], low, high, label="95 % interval", **look)
 
 
 def part_lines(

@@ -14,7 +14,7 @@ from dehyst.models import kit as models_kit
 from dehyst.report._drawing import PanelLine, chart, label_axes, stems, time_of
 from dehyst.report._parts import Axes, Draw, PageFigure, Panel
 from dehyst.report._text import bracketed, count, number, with_unit
-from dehyst.report._theme import BAD, CYCLE, FIFTH, MUTED, STATIC, TEST, TRAIN
+from dehyst.report._theme import BAD, CYCLE, FIFTH, INK, MUTED, STATIC, TEST, TRAIN
 from dehyst.report._thin import Window
 
 _LOOKS = ((TRAIN, 2.6), (FIFTH, 1.8), (TEST, 1.1))
@@ -143,6 +143,7 @@ def weights_figure(fit: Fit) -> PageFigure | None:
             "nothing about them. "
         )
     caption += (
+        "Thin lines: interval of each weight (95 %); neighbours can stand in for each other. "
         "Initial loading curve φ(r): the output while the input rises by r from the state zero. Its slope is the sum "
         "of the weights so far; the inverse model has the inverse curve."
     )
@@ -194,6 +195,10 @@ def _draw_weights(
     for sign, token, name in ((w > 0, TRAIN, "weight"), (w < 0, TEST, "negative weight")):
         if sign.any():
             stems(axes, r[sign], w[sign], token, name)
+    interval = fit.weight_interval
+    if interval is not None:
+        low, high = interval.low[carrying], interval.high[carrying]
+        axes.vlines(r, low, high, color=INK.light, lw=1.0, zorder=4)
     if undetermined.size:
         cross = {"ms": 6, "mew": 1.5, "zorder": 4, "clip_on": False, "label": "not determined"}
         axes.plot(undetermined, np.zeros_like(undetermined), "x", color=BAD.light, **cross)
