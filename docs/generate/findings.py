@@ -559,7 +559,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "At least {PEAK_SHARE:%} of the model's squared error lie around one frequency, more than {FASTER:g} times "
             "as fast as the cycles, at which the input hardly moves: a resonance that the motion rings, or a "
             "disturbance, such as the supply. No model of hysteresis follows it.",
-            "Smooth the reference, filter that frequency out of the measured output, or damp it.",
+            "Smooth the reference, filter that frequency out of the measured output, or damp it. Where the actuator "
+            "rings there, type `--resonance HZ,DAMPING`.",
         ),
         "resonance": (
             "The spectrum of what the model misses has a peak {RESONANCE_PEAK:g} times as high as what lies beside it, "

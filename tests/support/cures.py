@@ -424,6 +424,14 @@ def rings_when_it_moves(folder):
     log_of(dehyst.Recording(input=x, output=y, time=t), folder / "log.csv")
 
 
+def hums(folder):
+    """Plays, and a hum of 12 Hz, moving or not."""
+    t = 0.01 * np.arange(6000)
+    x = np.where(t % 8.0 < 4.0, np.sin(0.5 * np.pi * t), 0.0)
+    y = PI.simulate(x) + 0.02 * np.sin(24.0 * np.pi * t) + noise(t.size, 1e-3)
+    log_of(dehyst.Recording(input=x, output=y, time=t), folder / "log.csv")
+
+
 def bends(folder):
     """A curve without hysteresis."""
     t, x = wave(2000)
@@ -662,6 +670,9 @@ CURES: dict[str, list[Cure]] = {
             "--ahead 0",
             after="changed",
         )
+    ],
+    "spectral-peak": [
+        Cure(hums, IDENTIFY, r"--resonance [\d.]+,0.02", "{line} {named}"),
     ],
     "resonance": [
         Cure(rings_when_it_moves, IDENTIFY, "--resonance none"),

@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 
 import dehyst
+from dehyst.export import subject_of
 from dehyst.families import example
 from dehyst.io import example_recording, write_csv
+from element_samples import CARD as ELEMENT_CARD
 from in_one import in_one
 
 QUICK = ("--n", "20", "--family", "pi")
@@ -421,6 +423,68 @@ def test_compensate_then_simulate_gives_the_reference_back(run, folder, tmp_path
     assert np.abs(found - reference).max() < 1e-10 * np.ptp(reference)
     # And it is not the identity: the compensator had to do something.
     assert np.ptp(table(asked.read_text())[column]) < 0.2 * np.ptp(reference)
+
+
+def test_a_unit_that_shapes_its_reference_has_a_period_though_its_sum_knows_no_time(run, tmp_path):
+    """Its delay is counted in samples: without a word of the period a faster loop got a tenth of it."""
+    model = replace(example("play-sum"), resonance=(5.0, 0.02), period=0.02, card=ELEMENT_CARD)
+    model.save(tmp_path / "m.json")
+    line = (
+        "export",
+        tmp_path / "m.json",
+        "--target",
+        "c",
+        "--overwrite",
+        "--out",
+        tmp_path / "unit",
+    )
+    status, out, err = run(*line)
+    readme = " ".join((tmp_path / "unit" / "README.md").read_text().split())
+    assert status == 0 and "warning reference-shaped" in err + out
+    assert "0.02 s from sample to sample" in readme and "the actuator rings at 5 Hz" in readme
+    assert subject_of(model, name="m").period == 0.02
+    assert subject_of(model, name="m", period=0.002).unit.numbers.model.parameters.delay == 50
+    status, out, err = run(*line, "--period", "0.2")
+    assert status == 0 and "warning resonance-too-fast" in err + out and " ahead" not in out
+    status, out, err = run(*line, "--what", "forward")
+    assert status == 0 and "warning resonance-left-out" in err + out
+
+
+def test_a_reference_is_moved_ahead_once_however_long_it_is_known(run, tmp_path):
+    model = replace(example("play-sum"), resonance=(2.5, 0.0), period=0.02)
+    t = np.arange(0.0, 20.0, 0.02)
+    model.save(tmp_path / "m.json")
+    write_csv(tmp_path / "reference.csv", {"time_s": t, "output": np.where(t < 10.0, 0.0, 0.5)})
+    line = ("compensate", tmp_path / "m.json", tmp_path / "reference.csv", "--output", "output")
+    first, words = {}, {}
+    for ahead in ("auto", "0", "0.06", "0.2"):
+        status, csv, err = run(*line, "--ahead", ahead)
+        written = table(csv)
+        values = written[next(name for name in written if name.startswith("compensated"))]
+        first[ahead] = float(t[np.argmax(np.abs(values - values[0]) > 1e-9)])
+        words[ahead] = " ".join(err.split())
+        assert status == 0 and "two parts 0.2 s apart" in words[ahead]
+    assert first == pytest.approx({"auto": 9.9, "0": 10.0, "0.06": 9.94, "0.2": 9.8}, abs=1e-6)
+    assert "the output follows 0.1 s behind" in words["0"]
+    assert "the output follows 0.04 s behind" in words["0.06"]
+    assert "behind" not in words["auto"] + words["0.2"]
+
+
+def test_a_reference_too_short_to_ring_is_left_as_it_is(run, tmp_path):
+    replace(example("play-sum"), resonance=(2.5, 0.0), period=0.02).save(tmp_path / "m.json")
+    for values in ([0.1], [0.1, 0.1], [0.0, 0.1, 0.2]):
+        columns = {"time_s": 0.02 * np.arange(len(values)), "output": np.array(values)}
+        write_csv(tmp_path / "reference.csv", columns)
+        line = ("compensate", tmp_path / "m.json", tmp_path / "reference.csv", "--output", "output")
+        status, _, err = run(*line)
+        assert status == 0 and "shaped" not in err and "round-trip" not in err
+
+
+@pytest.mark.parametrize("text", ["", "300", "300,2", "300 Hz,0.02", "0,0.1", "nan,0.1", "1,2,3"])
+def test_a_resonance_that_is_none_is_refused_with_what_to_type(run, text):
+    status, out, err = run("identify", "log.csv", "--resonance", text)
+    assert status and "Traceback" not in err + out
+    assert "resonance" in err and ("300,0.02" in err or "frequency" in err)
 
 
 def test_computed_values_are_sent_earlier_by_the_dead_time(run, tmp_path):

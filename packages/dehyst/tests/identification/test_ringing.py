@@ -126,7 +126,7 @@ def test_a_resonance_can_be_typed_or_left_out(log):
 
 def test_a_resonance_says_nothing_to_families_without_one_and_that_is_said(log):
     for family, settings in (("pi", {}), ("direct-inverse", {}), ("auto", {"n": 20})):
-        with pytest.raises(ParameterError, match=r"resonance .* is for auto and the rows"):
+        with pytest.raises(ParameterError, match="for auto and the rows"):
             dehyst.identify(log, family, resonance=(5.0, 0.1), **settings)
     with pytest.raises(ParameterError, match="frequency in Hz"):
         dehyst.identify(log, resonance="loud")

@@ -97,7 +97,8 @@ def test_a_resonance_is_saved_with_its_model_and_loaded_to_the_bit(tmp_path):
 
 def test_lead_is_the_dead_time_and_half_of_half_a_swing():
     model = replace(example("full-sum"), resonance=(5.0, 0.0), dead_time=0.1, period=0.01)
-    assert model.lead == pytest.approx(0.1 + 0.05)
+    assert model.lead(0.01) == pytest.approx(0.1 + 0.05)
+    assert model.lead(0.1) == pytest.approx(0.1)  # too slow to shape
     reference = np.r_[np.zeros(50), np.ones(50)]
     assert np.array_equal(
         model.shaped(reference), model.resonance.shaped(reference, 0.01 * np.arange(100))

@@ -119,13 +119,15 @@ def _resonance(request: IdentifyRequest) -> str | tuple[float, float] | None:
         return text
     if text == "none":
         return None
-    numbers = _numbers("--resonance", text, "a frequency in Hz and a damping", "300,0.02")
-    if numbers is None or len(numbers) != 2:
+    try:
+        frequency, damping = map(float, text.split(","))
+    except ValueError:
         raise ParameterError(
-            f"--resonance {text!r:.40} is neither auto nor none nor a frequency in Hz and a damping, such as "
-            f"--resonance 300,0.02. A damping that is not known is between 0.01 (steel) and 0.1 (with bearings)."
-        )
-    return numbers[0], numbers[1]
+            f"--resonance {text!r:.40} is neither auto nor none nor a frequency in Hz and a damping, two numbers with "
+            f"a comma between them: --resonance 300,0.02. A damping that is not known is between 0.01 (steel) and "
+            f"0.1 (with bearings)."
+        ) from None
+    return frequency, damping
 
 
 def _identify(request: IdentifyRequest) -> tuple[Fit, StepCost | None]:

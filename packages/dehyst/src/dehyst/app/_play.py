@@ -76,8 +76,7 @@ def run_compensate(request: CompensateRequest) -> None:
     )
     model, known = _after(request, model, float(y[0]), backward=True)
     inverse = model.inverse()
-    ahead = seconds_ahead(request.ahead)
-    shaped, about_shape = _shaped(request, model, signal, y, ahead)
+    shaped, lead, about_shape = _shaped(request, model, signal, y)
     findings += about_shape
     with ask_progress("inverting"):
         played = _noted(_played(request, inverse, signal, shaped, COMPENSATED), known)
@@ -87,7 +86,7 @@ def run_compensate(request: CompensateRequest) -> None:
         played.answer, model.card.input, "computed input", "the actuator may not be able to give it"
     )
     findings += _jumps(played.answer, y, model, signal)
-    played, finding_of_dead_time = _sent_ahead(request, model, played, ahead)
+    played, finding_of_dead_time = _sent_ahead(request, model, played, lead)
     findings += finding_of_dead_time
     _write(request, signal, {_column(model.card.output): y, **played.columns}, played)
     print_findings(
@@ -437,43 +436,52 @@ SEND = "leave --ahead 0 out, or send each computed value that much before its ti
 
 
 def _shaped(
-    request: CompensateRequest, model: Model, signal: LogSignal, y: Array, ahead: float | None
-) -> tuple[Array, list[Finding]]:
-    """Return a reference that does not ring the actuator, and what to say about it.
-
-    `ahead` is how long before its time the reference is known; None: as long as it takes. [s]
-    """
+    request: CompensateRequest, model: Model, signal: LogSignal, y: Array
+) -> tuple[Array, float, list[Finding]]:
+    """Return a reference that does not ring the actuator, by how much it was moved ahead [s], and what to say of it."""
     resonance = model.resonance
-    if resonance is None:
-        return y, []
     time = signal.time
     if time is None:
-        if not model.period > 0.0:
-            return y, []
         time = model.period * np.arange(y.size, dtype=np.float64)
-    step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
+    # A reference shorter than a swing has no time to ring.
+    if resonance is None or y.size < 2 or time[-1] - time[0] < 2.0 * resonance.half_swing:
+        return y, 0.0, []
+    step = float(np.median(np.diff(time)))
     rings = f"the actuator rings at {resonance.frequency:.4g} Hz"
-    if not step > 0.0 or not resonance.samples(step):
+    spacing = resonance.spacing(step)
+    if not spacing:
         finding = Finding(
             "resonance-too-fast",
             f"{rings}, and the reference has a sample every {step:.3g} s: too few to shape it, which takes one every "
             f"{0.25 / resonance.frequency:.2g} s. Sample it more finely.",
         )
-        return y, [finding]
-    lead = None if ahead is None else min(ahead, resonance.lead)
+        return y, 0.0, [finding]
+    whole = resonance.share * spacing
+    typed = seconds_ahead(request.ahead)
+    lead = whole
+    if typed is not None:
+        lead = min(whole, max(0.0, typed - model.dead_time))
+    late = ""
+    if lead < whole:
+        late = f" With --ahead {request.ahead} the output follows {whole - lead:.2g} s behind."
     finding = Finding(
         "reference-shaped",
-        f"{rings}: the reference was split into two parts {resonance.half_swing:.3g} s apart, whose swings cancel, so "
-        f"its corners are rounded by that time. To leave it as it is identify with --resonance none.",
+        f"{rings}: the reference was split into two parts {spacing:.3g} s apart, whose swings cancel, so its corners "
+        f"are rounded by that time. Let it begin with a rest.{late} To leave it as it is identify with --resonance "
+        f"none.",
     )
-    return resonance.shaped(y, time, lead), [finding]
+    return resonance.shaped(y, time, lead), lead, [finding]
 
 
 def _sent_ahead(
-    request: CompensateRequest, model: Model, played: _Played, typed: float | None
+    request: CompensateRequest, model: Model, played: _Played, lead: float
 ) -> tuple[_Played, list[Finding]]:
-    """Return computed values at the time when they have to be sent, and what to say about it."""
-    ahead = model.dead_time if typed is None else typed
+    """Return computed values at the time when they have to be sent, and what to say about it.
+
+    `lead` is by how much their reference was moved ahead already. [s]
+    """
+    typed = seconds_ahead(request.ahead)
+    ahead = model.dead_time if typed is None else typed - lead
     if not ahead > 0.0:
         return played, dead_time_findings(model, SEND)
     if played.time is not None:
@@ -522,7 +530,11 @@ def _proof(model: Model, inverse: Model, played: _Played, y: Array) -> list[Find
         # The model begins as it was identified: so must the inverse that it is compared with.
         x = inverse.simulate(y, played.time, **played.schedules)
     error = float(np.max(np.abs(model.replay(x, y, played.time, **played.schedules) - y)))
+    low, high = model.card.output.low, model.card.output.high
     span = max(float(np.ptp(y)), 1e-300)
+    # A reference that rests has no range of its own.
+    if low is not None and high is not None:
+        span = max(span, 1e-3 * (high - low))
     if error <= model.closeness * span:
         return []
     return [

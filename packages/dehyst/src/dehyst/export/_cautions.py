@@ -63,10 +63,10 @@ def _rounded(subject: Subject) -> Iterator[Finding]:
 def _rings(subject: Subject) -> Iterator[Finding]:
     """Say what the unit does about a resonance."""
     resonance, period = subject.model.resonance, subject.period
-    if resonance is None or period is None:
+    if resonance is None:
         return
     frequency = f"{resonance.frequency:.4g} Hz"
-    if subject.what != "inverse":
+    if subject.what != "inverse" or period is None:
         yield Finding(
             "resonance-left-out",
             f"the actuator rings at {frequency}, and the unit does not: it answers as the loop alone. Put a system of "

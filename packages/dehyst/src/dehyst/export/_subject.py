@@ -179,8 +179,12 @@ class Subject:
                 kind = "stops and lags in its direct inverse"
             return f"joint controller with {self.operators} {kind}"
         ahead = ""
-        if self.what == "inverse" and self.model.lead > 0.0:
-            ahead = f", wants its input {self.model.lead:.3g} s ahead"
+        if (
+            self.what == "inverse"
+            and self.period is not None
+            and self.model.lead(self.period) > 0.0
+        ):
+            ahead = f", wants its input {self.model.lead(self.period):.3g} s ahead"
         return (
             f"{_KINDS[self.what]}: {self.input.label} -> {self.output.label}, {self.operators} {self.block.kind}"
             f"{ahead}"

@@ -135,7 +135,7 @@ def _usual(model: ElementModel) -> float:
     """Period of the log, or any where time does not count. [s]"""
     if model.timed and not model.period:
         raise ParameterError(
-            "the model creeps, depends on the rate or has a dead time, and does not say at which period it was "
+            "the model creeps, rings, depends on the rate or has a dead time, and does not say at which period it was "
             "identified. Pass period, the seconds between two samples of your loop (in a terminal: --period 0.001)."
         )
     return model.period or 1.0

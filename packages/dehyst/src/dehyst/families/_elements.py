@@ -374,8 +374,13 @@ class ElementModel(LoopModel):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Which signals its weights go with."""
+        """Which signals its weights go with, and where it rings."""
         remarks = []
+        if self.resonance is not None:
+            f, damping = self.resonance.frequency, self.resonance.damping
+            remarks.append(
+                f"rings at {f:.4g} Hz (damping {damping:.2g}), which its inverse does not excite"
+            )
         for card in self.context:
             remarks.append(
                 f"weights go with {card.name}, {card.low:z.4g} to {card.high:z.4g} {card.unit}".rstrip()
@@ -408,8 +413,8 @@ class ElementModel(LoopModel):
 
     @property
     def timed(self) -> bool:
-        """Whether time counts: creep, rate or a dead time."""
-        return self.rate_dependent or self.dead_time > 0.0
+        """Whether time counts where it runs: creep, rate, a dead time, or a resonance."""
+        return self.rate_dependent or self.dead_time > 0.0 or self.resonance is not None
 
     @property
     def delay(self) -> int:

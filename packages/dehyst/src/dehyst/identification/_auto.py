@@ -329,13 +329,15 @@ def _typed_resonance(
     value: Resonance | tuple[float, float] | str | None, family: str, changed: Mapping[str, object]
 ) -> Resonance | None:
     """Return a resonance that was typed; refuse what is none, or says nothing to what is identified."""
-    if changed or not (family == "auto" or family in ROW_NAMES):
+    resonance = models_kit.resonance_of(value)
+    if resonance is not None and (changed or not (family == "auto" or family in ROW_NAMES)):
+        other = ", ".join(changed) or f"family {family}"
         raise ParameterError(
-            f"resonance (--resonance) is for auto and the rows of elements, and {', '.join(changed) or family} has "
-            f"none. Leave it out, or leave that out.",
+            f"a resonance (--resonance) is for auto and the rows of elements; with {other} no model has a place for "
+            f"one. Leave the resonance out, or {other}.",
             family=family,
         )
-    return models_kit.resonance_of(value)
+    return resonance
 
 
 def _refuse_schedules(record: Recording, family: str, changed: Mapping[str, object]) -> None:

@@ -233,11 +233,14 @@ def about_fit(
         curve = measured.static_test
     peak = spectral_peak(records, measured.predictions, masks)
     if peak is not None and scored.rmse_percent * peak.share**0.5 > POLICY.peak_size:
+        timed, shape = all_timed(records), ""
+        if timed:
+            shape = f" Or type it, if the actuator rings: --resonance {peak.frequency:.4g},0.02 shapes its references."
         yield Finding(
             "spectral-peak",
-            f"{peak.words(all_timed(records))}, where the input hardly moves: a "
-            f"resonance that the motion rings, or a disturbance of that frequency. No model of hysteresis follows it. "
-            f"Smooth the reference, filter that frequency out of the measured output, or damp it.",
+            f"{peak.words(timed)}, where the input hardly moves: a resonance that the motion rings, or a disturbance "
+            f"of that frequency. No model of hysteresis follows it. Smooth the reference, filter that frequency out of "
+            f"the measured output, or damp it.{shape}",
         )
     error = scored.rmse
     bar = curve.rmse

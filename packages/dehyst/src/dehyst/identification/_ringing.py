@@ -41,7 +41,7 @@ LONGEST_SEGMENT, SHORTEST_SEGMENT = 4096, 128  # samples
 MOST_SEGMENTS = 200
 PARTS = 8  # of a log, at least, have a spectrum of their own
 HIGHEST = (
-    8  # samples in a period of the highest frequency: a shaper needs half as many between its parts
+    4  # samples in a period of the highest frequency: two in half a swing, which a shaper needs
 )
 FASTER = 6.0  # than the strokes: slower peaks are harmonics of the strokes themselves
 NEAR, FAR = (

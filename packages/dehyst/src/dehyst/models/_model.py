@@ -302,11 +302,10 @@ class Model(ABC):
         """
         return demand
 
-    @property
-    def lead(self) -> float:
-        """By how much a reference has to be given before its time: dead time, and what its shaper is late. [s]"""
+    def lead(self, period: float) -> float:
+        """Return how long before its time a unit of a period [s] wants its reference: dead time, and its shaper. [s]"""
         lead = self.dead_time
-        if self.resonance is not None:
+        if self.resonance is not None and self.resonance.samples(period):
             lead += self.resonance.lead
         return lead
 

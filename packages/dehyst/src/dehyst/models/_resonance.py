@@ -32,7 +32,7 @@ import numpy.typing as npt
 
 from dehyst.arrays import Array
 from dehyst.errors import ParameterError
-from dehyst.models._arrays import parameter_number
+from dehyst.models._arrays import parameter_number, signal_array, strictly_increasing
 
 FEWEST = 2  # samples in half a swing: with fewer, two parts are none
 HEAVIEST = 0.7  # damping beyond which nothing swings
@@ -97,6 +97,10 @@ class Resonance:
         number = round(self.half_swing / period)
         return number if number >= FEWEST else 0
 
+    def spacing(self, period: float) -> float:
+        """Return h in whole samples of a period [s]; 0 where nothing can be shaped. [s]"""
+        return self.samples(period) * period
+
     def shaped(
         self, reference: npt.ArrayLike, time: npt.ArrayLike, lead: float | None = None
     ) -> Array:
@@ -111,17 +115,26 @@ class Resonance:
         lead
             By which it is moved to earlier times; None, the default: so far that it is not late in the mean. [s]
 
+        Raises
+        ------
+        ParameterError
+            If the two differ in length, hold what is no number, or the time does not increase.
+
         Examples
         --------
         >>> time = 0.5e-3 * np.arange(8)
         >>> Resonance(500.0, 0.0).shaped([0.0, 0, 0, 0, 1, 1, 1, 1], time, 0.0).tolist()
         [0.0, 0.0, 0.0, 0.0, 0.5, 0.5, 1.0, 1.0]
         """
-        at, values = np.asarray(time, dtype=np.float64), np.asarray(reference, dtype=np.float64)
+        values, at = signal_array(reference, "reference"), signal_array(time, "time")
+        if at.size != values.size:
+            raise ParameterError(
+                f"the reference has {values.size} samples and the time {at.size}; pass as many of both."
+            )
+        strictly_increasing(at, "time")
         if at.size < 2:
             return values
-        step = float(np.median(np.diff(at)))
-        h = self.samples(step) * step
+        h = self.spacing(float(np.median(np.diff(at))))
         moved = at + (self.share * h if lead is None else lead)
         a = self.share
         first = np.interp(moved, at, values)
