@@ -27,6 +27,7 @@ COMMANDS = {
     "page": ("page", "page.html"),
     "inspect": ("inspect", "log.csv"),
     "loops": ("loops", "log.csv"),
+    "sensor": ("sensor", "log.csv", "--reading", X, "--quantity", Y),
     "identify": ("identify", "log.csv", *PAIR, *QUICK),
     "compare": ("compare", "log.csv", *PAIR, "--families", "pi"),
     "simulate": ("simulate", "model.json", "log.csv", "--input", X),

@@ -91,6 +91,8 @@ def test_every_option_that_a_message_prescribes_has_a_control_in_the_studio():
     controls |= {"--input", "--output", "--run", "--sheet", "--from", "--to", "--family", "--for"}
     controls |= {"--schedule"}
     elsewhere = {
+        "--quantity",
+        "--reading",
         "--resonance",
         "--shear",
         "--symmetric",

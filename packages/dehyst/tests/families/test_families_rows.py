@@ -374,7 +374,7 @@ def test_an_inverse_row_is_scored_by_what_its_solution_misses():
     shop = choice.Workshop(training(x, y, orientation="clockwise"), "inverse", ("stop", "relax"))
     one = next(row.sums[0] for row in TABLE if row.name == "inverse-stop")
     candidate = shop.candidate(one, False, LIGHT)
-    model, _, _ = shop.model(candidate, False)
+    model = shop.model(candidate, False).model
     dt = np.concatenate([[0.0], np.full(x.size - 1, 0.01)])
     forward = dataclasses.replace(model, direction="forward")
     solved = forward.run_inverse(x, dt, forward.before(float(y[0])))[0]
