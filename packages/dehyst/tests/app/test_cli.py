@@ -481,8 +481,8 @@ def test_a_reference_too_short_to_ring_is_left_as_it_is(run, tmp_path):
 
 
 @pytest.mark.parametrize("text", ["", "300", "300,2", "300 Hz,0.02", "0,0.1", "nan,0.1", "1,2,3"])
-def test_a_resonance_that_is_none_is_refused_with_what_to_type(run, text):
-    status, out, err = run("identify", "log.csv", "--resonance", text)
+def test_a_resonance_that_is_none_is_refused_with_what_to_type(run, folder, text):
+    status, out, err = run("identify", folder / "log.csv", "--resonance", text)
     assert status and "Traceback" not in err + out
     assert "resonance" in err and ("300,0.02" in err or "frequency" in err)
 
