@@ -122,11 +122,13 @@ def _resonance(request: IdentifyRequest) -> str | tuple[float, float] | None:
     try:
         frequency, damping = map(float, text.split(","))
     except ValueError:
+        frequency = damping = math.nan
+    if not (math.isfinite(frequency) and math.isfinite(damping)):
         raise ParameterError(
             f"--resonance {text!r:.40} is neither auto nor none nor a frequency in Hz and a damping, two numbers with "
             f"a comma between them: --resonance 300,0.02. A damping that is not known is between 0.01 (steel) and "
             f"0.1 (with bearings)."
-        ) from None
+        )
     return frequency, damping
 
 
