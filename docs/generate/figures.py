@@ -446,7 +446,7 @@ def another_signal() -> Figure:
     noise = 0.003 * np.random.default_rng(5).standard_normal(x.size)
     log = dehyst.Recording(x, rig["answer"](x, told) + noise, t, schedules={"housing": told})
     scheduled = dehyst.identify(log).model
-    plain = dehyst.identify(replace(log, schedules={})).model
+    plain = dehyst.identify(replace(log, schedules={}, schedule_units={})).model
     way = np.concatenate(
         [np.linspace(a, b, 200, endpoint=False) for a, b in ((0, 1), (1, -1), (-1, 1))]
     )
