@@ -204,6 +204,7 @@ CODES = {
     "two-actuators": ZERO,
     "recordings-differ": OTHER,
     "spectral-peak": OTHER,
+    "resonance": OTHER,
 }
 WORDS = {
     "one clock": CLOCK,
