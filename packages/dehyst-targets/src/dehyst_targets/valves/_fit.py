@@ -194,8 +194,8 @@ class _Log:
         errors = sums.errors(sums.structures[len(sums.structures) // 3])
         best = np.empty(count, dtype=np.intp)
         for k in range(count):
-            own = np.flatnonzero(owner == k)
-            best[k] = own[errors[own].argmin()]
+            of_owner = np.flatnonzero(owner == k)
+            best[k] = of_owner[errors[of_owner].argmin()]
         return path[:, different[best]], sums.select(best)
 
 
@@ -204,12 +204,12 @@ def _different(steps: Array, close: Array) -> Array:
     starts = STARTS.size
     chosen: list[int] = []
     for first in range(0, steps.shape[1], starts):
-        own: list[int] = []
+        different: list[int] = []
         for k in range(first, first + starts):
-            apart = [float(np.mean(np.abs(steps[:, k] - steps[:, j]))) for j in own]
+            apart = [float(np.mean(np.abs(steps[:, k] - steps[:, j]))) for j in different]
             if not apart or min(apart) > close[k]:
-                own.append(k)
-        chosen += own
+                different.append(k)
+        chosen += different
     return np.array(chosen, dtype=np.intp)
 
 
@@ -234,10 +234,10 @@ class _Search:
         profile = _profile(first.grid, first.scores - without)
         # Seen from sample to sample the right valve is a narrow pit, whose edge alone the first grid may meet.
         finer = [_Tried(self, first.near(centre)) for centre in first.pits()]
-        for one in finer:
-            profile = _with_profile(profile, _profile(one.grid, one.scores - without))
+        for grid_tried in finer:
+            profile = _with_profile(profile, _profile(grid_tried.grid, grid_tried.scores - without))
         all_tried = [first, *finer]
-        tried = min(finer, key=lambda one: float(one.scores.min()))
+        tried = min(finer, key=lambda candidate: float(candidate.scores.min()))
         for _ in range(ROUNDS):
             tried = _Tried(self, tried.around())
             all_tried.append(tried)
@@ -246,7 +246,7 @@ class _Search:
         best = float(tried.scores[k])
         evidence = Evidence(without - best, self._periodic() - best, _steadiness(gains))
         limit = best + POLICY.excluded + POLICY.inexact * max(without - best, 0.0)
-        possible = [one.scores <= limit for one in all_tried]
+        possible = [candidate.scores <= limit for candidate in all_tried]
         return ValveFit(
             tried.estimate("dead_band", all_tried, possible, log.move),
             tried.estimate("jump", all_tried, possible, log.move),
@@ -339,8 +339,8 @@ class _Tried:
         values: Array = getattr(self.grid, name)
         value = float(values[self.best])
         ends = list(np.percentile(values[self.drawn], [2.5, 97.5]))
-        for one, which in zip(all_tried, possible, strict=True):
-            ends += getattr(one.grid, name)[which].tolist()
+        for candidate, which in zip(all_tried, possible, strict=True):
+            ends += getattr(candidate.grid, name)[which].tolist()
         half = 0.5 * max(_step(values, values[[self.best]]), move)
         return Estimate(value, max(min(*ends, value) - half, 0.0), max(*ends, value) + half)
 
@@ -358,7 +358,7 @@ def _step(values: Array, near: Array) -> float:
 def _profile(grid: _Grid, scores: Array) -> tuple[Array, Array]:
     """Return dead bands, rising, and the best score of each against a valve that follows."""
     dead_bands = np.unique(grid.dead_band)
-    best = [float(scores[grid.dead_band == one].min()) for one in dead_bands]
+    best = [float(scores[grid.dead_band == band].min()) for band in dead_bands]
     return dead_bands, np.array(best)
 
 

@@ -192,10 +192,10 @@ def _evenly(
                 f"without one counts, {part.stop - part.start} of {time.size} samples.",
             )
         )
-    own = time[part]
-    period = float(np.median(np.diff(own)))
+    times = time[part]
+    period = float(np.median(np.diff(times)))
     chosen = {role: values[part] for role, values in signals.items()}
-    if is_even(np.diff(own)):
+    if is_even(np.diff(times)):
         return chosen, period, tuple(findings)
     findings.append(
         Finding(
@@ -204,10 +204,10 @@ def _evenly(
             "straight lines are drawn, which round off jumps: export raw samples.",
         )
     )
-    even = np.arange(own[0], own[-1], period)
+    even = np.arange(times[0], times[-1], period)
     resampled = {}
     for role, values in chosen.items():
-        resampled[role] = np.interp(even, own, values)
+        resampled[role] = np.interp(even, times, values)
     return resampled, period, tuple(findings)
 
 
@@ -262,8 +262,8 @@ def read_control_loop(
     values = dict(read.values)
     findings = list(read.findings)
     if span is None:
-        span, found = _span(values["output"], read.units["output"])
-        findings += found
+        span, about_span = _span(values["output"], read.units["output"])
+        findings += about_span
     return ControlLoop.of(
         **values, time=read.time, span=span, name=read.name, findings=tuple(findings)
     )
@@ -278,9 +278,9 @@ def _columns(
         return columns
     choices = {key: reading[key] for key in ("run", "time_unit", "dt", "sheet") if key in reading}
     names = [column.name for column in inspect_log(path, **choices).columns]
-    for role, own in NAMES.items():
+    for role, role_words in NAMES.items():
         fitting = [
-            name for name in names if own & set(words(name)) and name not in columns.values()
+            name for name in names if role_words & set(words(name)) and name not in columns.values()
         ]
         if role not in columns and len(fitting) == 1:
             columns[role] = fitting[0]

@@ -67,7 +67,7 @@ class Sums:
         """Sums of squares that are left where blocks count as often as the weights say: (R, B) to (R, k)."""
         places = self.columns(structure)
         part = self.products[:, :, places[:, None], places]
-        return np.stack([_left(np.einsum("b,kbij->kij", one, part)) for one in weights])
+        return np.stack([_left(np.einsum("b,kbij->kij", weight, part)) for weight in weights])
 
     def block_errors(self, structure: tuple[int, int], k: int) -> Array:
         """Sums of squares of valve k in each block, (B,), with the coefficients of all blocks."""
@@ -132,8 +132,8 @@ def regression_sums(
     """
     size = measured.size
     # A short log has few rows for each number.
-    past = max(one for one in PAST if one <= max(PAST[1], size // 20))
-    taps = max(one for one in TAPS if one <= max(TAPS[0], size // 20))
+    past = max(count for count in PAST if count <= max(PAST[1], size // 20))
+    taps = max(count for count in TAPS if count <= max(TAPS[0], size // 20))
     begin = max(past, taps + nearest)
     index = np.arange(begin, size)[(size - begin) % blocks :]
     tail = [np.ones(index.size)]

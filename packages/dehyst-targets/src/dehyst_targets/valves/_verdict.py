@@ -273,8 +273,8 @@ def step_test(verdict: ValveVerdict) -> tuple[Array, Array]:
     if swing > 100.0:
         places, swing = places * 100.0 / swing, 100.0
     low = float(np.clip(np.median(loop.output), 0.5 * swing, 100.0 - 0.5 * swing)) - 0.5 * swing
-    rest = max(round(POLICY.test_rest * fit.period), 3)
-    output = np.repeat(low + places - places.min(), rest)
+    rest_samples = max(round(POLICY.test_rest * fit.period), 3)
+    output = np.repeat(low + places - places.min(), rest_samples)
     return np.asarray(loop.period * np.arange(output.size)), np.asarray(output)
 
 

@@ -263,8 +263,8 @@ def _resonance(spans: Sequence[_Span], period: float, near: float) -> tuple[Reso
 
     Where it does, by least squares through it, else by the likelihood of the power alone.
     """
-    wanted = 2 ** int(np.ceil(np.log2(SWINGS / (near * period))))
-    size = min(max(wanted, SHORTEST_SEGMENT), max(span.error.size for span in spans) // 2)
+    enough = 2 ** int(np.ceil(np.log2(SWINGS / (near * period))))
+    size = min(max(enough, SHORTEST_SEGMENT), max(span.error.size for span in spans) // 2)
     spectra = _spectra(spans, size)
     frequencies = np.arange(spectra.error.size) / (size * period)
     around = (frequencies > near / FAR) & (frequencies < near * FAR)
