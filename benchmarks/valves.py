@@ -2,9 +2,9 @@
 
     python benchmarks/valves.py [--jobs 2] [--out docs/generate/valves.csv]
 
-Loops of examples/valve_loop.py: four valve models, none written like the one that is fitted, on four processes, with
-controls that swing without a sticking valve, records with the position, and tests in manual. A case that the file has
-already is not run again. docs/build.py makes the tables of docs/how-to/valves.md from the file. Status 1 if more than
+Loops of examples/simulators/valve_loop.py: four valve models, none written like the one that is fitted, on four
+processes, with controls that swing without a sticking valve, records with the position, and tests in manual. A case
+that the file has already is not run again. docs/build.py makes the tables of docs/how-to/valves.md from the file. Status 1 if more than
 one linear loop in twenty is said to stick, or if intervals of the dead band cover less than three of four.
 
 Truth of the valve with mass is what it does in a slow ramp without noise: static friction is what was set, and the jump
@@ -65,7 +65,7 @@ def measured(job: tuple[str, str, str, str, int]) -> tuple[object, ...]:
 
     warnings.simplefilter("ignore", UserWarning)
     group, process, valve, case, seed = job
-    simulated = runpy.run_path(str(ROOT / "examples" / "valve_loop.py"))
+    simulated = runpy.run_path(str(ROOT / "examples" / "simulators" / "valve_loop.py"))
     loop = simulated["Loop"](simulated["PROCESSES"][process], valve, seed=seed)
     if case in STICKING:
         loop.dead_band, loop.jump, loop.noise, loop.load = STICKING[case]

@@ -337,7 +337,7 @@ def test_no_path_or_host_of_a_machine_is_written_anywhere():
         *build.written_notebooks(),
         *DOCS.rglob("*.py"),
         *(DOCS / "images").rglob("*.svg"),
-        *(ROOT / "examples").glob("*.py"),
+        *(ROOT / "examples").rglob("*.py"),
     ]
     found = [
         f"{name_of(path)}: {match[0]}"

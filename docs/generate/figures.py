@@ -417,7 +417,7 @@ def backlash() -> Figure:
 
 def valves() -> Figure:
     """The simulated loop of the how-to: what answered, and the valve that was fitted."""
-    loop = runpy.run_path(str(ROOT / "examples" / "valve_loop.py"))
+    loop = runpy.run_path(str(ROOT / "examples" / "simulators" / "valve_loop.py"))
     columns = loop["Loop"](loop["PROCESSES"]["flow"]).run()
     record = ControlLoop.of(columns["OP"], columns["PV"], columns["SP"], time=columns["time_s"])
     verdict = judge_valve(record)
@@ -546,7 +546,7 @@ def numbers_of_a_loop() -> Figure:
 
 def linearise_a_sensor() -> Figure:
     """The load cell of the how-to before and after its correction, with the figures that `dehyst sensor` prints."""
-    cell = runpy.run_path(str(ROOT / "examples" / "load_cell.py"))
+    cell = runpy.run_path(str(ROOT / "examples" / "simulators" / "load_cell.py"))
     x = cell["calibration"]()
     warm = 25.0 - 12.0 * np.cos(4.0 * np.pi * np.linspace(0.0, 1.0, x.size))
     reading = cell["reading"](x, warm) + 1e-4 * np.random.default_rng(5).standard_normal(x.size)

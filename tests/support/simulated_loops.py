@@ -1,4 +1,4 @@
-"""Simulated control loops: those of examples/valve_loop.py, and a servo with a reference."""
+"""Simulated control loops: those of examples/simulators/valve_loop.py, and a servo with a reference."""
 
 import functools
 import runpy
@@ -13,7 +13,7 @@ RECORDS = slice(200, None)  # the loop has come to its swing
 @functools.cache
 def simulator():
     """Return the names of the example."""
-    return runpy.run_path(str(ROOT / "examples" / "valve_loop.py"))
+    return runpy.run_path(str(ROOT / "examples" / "simulators" / "valve_loop.py"))
 
 
 def valve_loop(process="flow", valve="kano", **changes):

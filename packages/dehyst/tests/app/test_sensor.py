@@ -201,7 +201,7 @@ def test_reading_and_quantity_may_stand_in_two_files(run):
 
 @pytest.mark.slow
 def test_the_load_cell_of_the_examples_is_four_times_better_with_its_temperature(tmp_path):
-    cell = runpy.run_path(str(ROOT / "examples" / "load_cell.py"))
+    cell = runpy.run_path(str(ROOT / "examples" / "simulators" / "load_cell.py"))
     x = cell["calibration"]()
     warm = 25.0 - 12.0 * np.cos(np.linspace(0.0, 4.0 * np.pi, x.size))
     reading = cell["reading"](x, warm) + 1e-4 * np.random.default_rng(5).normal(size=x.size)

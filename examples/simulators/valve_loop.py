@@ -1,7 +1,7 @@
 """Simulated control loops with a sticking valve: set point SP, controller output OP, measurement PV, valve position MV.
 
-    python examples/valve_loop.py log.csv [--valve kano] [--dead-band 4] [--jump 2] [--process flow]
-    python examples/valve_loop.py manual.csv --test test.csv      # the controller in manual, its output that of a test
+    python examples/simulators/valve_loop.py log.csv [--valve kano] [--dead-band 4] [--jump 2] [--process flow]
+    python examples/simulators/valve_loop.py manual.csv --test test.csv   # in manual, the output of a test
 
 Valves: `choudhury` and `kano` move on until the signal turns, `he` sticks after every sample, `friction` is a mass with
 a spring, a lagging actuator and packing friction that falls with speed (Karnopp), `linear` does not stick. Everything

@@ -1,7 +1,7 @@
 """A stand-in for a load cell on a calibration rig: writes a log of its reading and the true force.
 
-    python examples/load_cell.py calibration.csv       # twelve cycles with holds; the room warms up and cools down
-    python examples/load_cell.py use.csv --use         # random loads, as in use
+    python examples/simulators/load_cell.py calibration.csv   # twelve cycles with holds; the room warms and cools
+    python examples/simulators/load_cell.py use.csv --use     # random loads, as in use
 
 Its span and zero go with temperature. It creeps with the logarithm of time, has a narrow loop, and bends like a cubic.
 """
