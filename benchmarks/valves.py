@@ -4,11 +4,9 @@
 
 Loops of examples/simulators/valve_loop.py: four valve models, none written like the one that is fitted, on four
 processes, with controls that swing without a sticking valve, records with the position, and tests in manual. A case
-that the file has already is not run again. docs/build.py makes the tables of docs/how-to/valves.md from the file. Status 1 if more than
-one linear loop in twenty is said to stick, or if intervals of the dead band cover less than three of four.
-
-Truth of the valve with mass is what it does in a slow ramp without noise: static friction is what was set, and the jump
-is the mean of its jumps.
+that the file has already is not run again. docs/build.py makes the tables of docs/how-to/valves.md from the file.
+Status 1 if more than one linear loop in twenty is said to stick, or if intervals of the dead band cover less than
+three of four.
 """
 
 from __future__ import annotations
