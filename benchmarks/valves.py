@@ -7,6 +7,9 @@ processes, with controls that swing without a sticking valve, records with the p
 that the file has already is not run again. docs/build.py makes the tables of docs/how-to/valves.md from the file.
 Status 1 if more than one linear loop in twenty is said to stick, or if intervals of the dead band cover less than
 three of four.
+
+Truth of the valve with mass is what it does in a slow ramp without noise: static friction is what was set, and the jump
+is the mean of its jumps.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Positions of sticking valves, against closed forms and the models of the literature in examples/simulators/valve_loop.py."""
+"""Positions of sticking valves, against closed forms and the models of examples/simulators/valve_loop.py."""
 
 import numpy as np
 import pytest
