@@ -552,6 +552,13 @@ def run_example(name: str, folder: Path) -> str:
     return done.stdout
 
 
+def test_no_page_shows_a_command_that_was_not_found():
+    shown = [
+        name_of(page) for page in PAGES if "dehyst: not found" in page.read_text(encoding="utf-8")
+    ]
+    assert not shown, f"build these with .venv/bin on the path: {', '.join(shown)}"
+
+
 def test_examples_are_short():
     scripts = list((ROOT / "examples").glob("*.py"))
     assert len(scripts) >= 2
