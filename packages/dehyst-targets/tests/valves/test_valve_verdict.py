@@ -7,7 +7,7 @@ from dehyst.errors import ColumnError, ParameterError, RecordingError
 from dehyst.io import write_csv
 from dehyst_targets.valves import (
     ControlLoop,
-    control_law,
+    explained_share,
     judge_valve,
     read_control_loop,
     step_test,
@@ -114,12 +114,12 @@ def test_exchanged_columns_are_refused(first, second):
 def test_a_constant_set_point_is_no_reason_to_refuse():
     columns = valve_loop()
     assert np.ptp(columns["SP"]) == 0.0
-    assert control_law(columns["OP"], columns["PV"], columns["SP"]).explained > 0.999
+    assert explained_share(columns["OP"], columns["PV"], columns["SP"]) > 0.999
 
 
 def test_an_output_that_was_planned_follows_no_controller():
     columns = valve_loop(manual=np.repeat(50.0 + np.arange(24) % 5, 100))
-    assert control_law(columns["OP"], columns["PV"], columns["SP"]).explained < 0.3
+    assert explained_share(columns["OP"], columns["PV"], columns["SP"]) < 0.3
 
 
 def test_of_a_record_with_gaps_the_longest_part_counts():

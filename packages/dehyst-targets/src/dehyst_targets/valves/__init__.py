@@ -6,9 +6,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from dehyst_targets.valves._figure import write_valve_figure as write_valve_figure
     from dehyst_targets.valves._fit import Estimate as Estimate
-    from dehyst_targets.valves._loop import ControlLaw as ControlLaw
     from dehyst_targets.valves._loop import ControlLoop as ControlLoop
-    from dehyst_targets.valves._loop import control_law as control_law
+    from dehyst_targets.valves._loop import explained_share as explained_share
     from dehyst_targets.valves._loop import read_control_loop as read_control_loop
     from dehyst_targets.valves._policy import POLICY as POLICY
     from dehyst_targets.valves._positions import valve_positions as valve_positions
@@ -22,7 +21,7 @@ __getattr__, __dir__, __all__ = lazy_names(
     {
         "_figure": "write_valve_figure",
         "_fit": "Estimate",
-        "_loop": "ControlLaw ControlLoop control_law read_control_loop",
+        "_loop": "ControlLoop explained_share read_control_loop",
         "_policy": "POLICY",
         "_positions": "valve_positions",
         "_requests": "VALVE",

@@ -120,9 +120,9 @@ def _rows(verdict: ValveVerdict) -> list[tuple[str, str, str]]:
 
 
 def _law_words(verdict: ValveVerdict) -> str:
-    if verdict.law is None:
+    if verdict.explained is None:
         return "the measurement is not named"
-    return f"explains {100.0 * verdict.law.explained:.0f} % of the changes of its output"
+    return f"explains {100.0 * verdict.explained:.0f} % of the changes of its output"
 
 
 def _following(verdict: ValveVerdict, request: ValveRequest) -> str:

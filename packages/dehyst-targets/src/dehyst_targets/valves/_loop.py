@@ -308,21 +308,8 @@ def _span(output: Array, unit: str) -> tuple[tuple[float, float], list[Finding]]
     return (0.0, 100.0), []
 
 
-@dataclass(frozen=True)
-class ControlLaw:
-    """How far a controller explains the changes of its output.
-
-    Attributes
-    ----------
-    explained
-        Share of the variance of the changes of the controller output that follows from set point less measurement.
-    """
-
-    explained: float
-
-
-def control_law(output: Array, measurement: Array, setpoint: Array | None = None) -> ControlLaw:
-    """Fit a controller with proportional, integral and derivative part to a record.
+def explained_share(output: Array, measurement: Array, setpoint: Array | None = None) -> float:
+    """Return the share of the variance of the changes of an output that a PID controller explains.
 
     Its velocity form is du(t) = b_0 e(t) + b_1 e(t-1) + b_2 e(t-2) + c with the error e, set point less measurement.
 
@@ -334,7 +321,7 @@ def control_law(output: Array, measurement: Array, setpoint: Array | None = None
     Examples
     --------
     >>> pv = np.random.default_rng(0).normal(size=500)
-    >>> control_law(50.0 + np.cumsum(-0.1 * pv) - 0.5 * pv, pv).explained > 0.999
+    >>> explained_share(50.0 + np.cumsum(-0.1 * pv) - 0.5 * pv, pv) > 0.999
     True
     """
     error = -measurement
@@ -347,10 +334,10 @@ def control_law(output: Array, measurement: Array, setpoint: Array | None = None
     changes, columns = changes[free], columns[free]
     total = float(np.sum((changes - changes.mean()) ** 2)) if changes.size else 0.0
     if total == 0.0:
-        return ControlLaw(0.0)
+        return 0.0
     b = np.linalg.lstsq(columns, changes, rcond=None)[0]
     left = float(np.sum((changes - columns @ b) ** 2))
-    return ControlLaw(max(1.0 - left / total, 0.0))
+    return max(1.0 - left / total, 0.0)
 
 
 def exchanged(loop: ControlLoop) -> str:
@@ -367,7 +354,7 @@ def exchanged(loop: ControlLoop) -> str:
             f"the measurement changes in {100.0 * changing[1]:.2g} % of the samples and the set point in "
             f"{100.0 * changing[0]:.2g} %: they look exchanged. Exchange --setpoint and --measurement."
         )
-    if control_law(loop.output, loop.measurement, loop.setpoint).explained >= POLICY.certain_law:
+    if explained_share(loop.output, loop.measurement, loop.setpoint) >= POLICY.certain_law:
         return ""
     orders = {
         ("the controller output and the measurement", "--output and --measurement"): (
@@ -378,10 +365,7 @@ def exchanged(loop: ControlLoop) -> str:
         ),
     }  # fmt: skip
     for (names, flags), (output, measurement, setpoint) in orders.items():
-        if (
-            _moves(output)
-            and control_law(output, measurement, setpoint).explained >= POLICY.certain_law
-        ):
+        if _moves(output) and explained_share(output, measurement, setpoint) >= POLICY.certain_law:
             return (
                 f"{names} look exchanged: the other way round a controller explains its output, as the columns are "
                 f"named it does not. Exchange {flags}."

@@ -11,7 +11,7 @@ from dehyst.arrays import Array
 from dehyst.errors import ColumnError
 from dehyst.findings import Finding, Grade
 from dehyst_targets.valves._fit import Estimate, ValveFit, fit_valve
-from dehyst_targets.valves._loop import ControlLaw, ControlLoop, control_law, exchanged
+from dehyst_targets.valves._loop import ControlLoop, exchanged, explained_share
 from dehyst_targets.valves._policy import POLICY
 
 STICKS, NO_SIGN, UNKNOWN = "sticks", "no sign", "not identifiable"
@@ -36,8 +36,10 @@ class ValveVerdict:
         ``"automatic"``, ``"manual"`` or ``"unclear"``, by whether a controller explains its output.
     reason
         Why it is not identifiable, or usable with care only; "" otherwise.
-    fit, loop, law
+    fit, loop
         What it rests on.
+    explained
+        Share of the changes of the controller output that a controller explains; None without a measurement.
     findings
         Of reading and of the record.
     """
@@ -51,7 +53,7 @@ class ValveVerdict:
     reason: str
     fit: ValveFit
     loop: ControlLoop
-    law: ControlLaw | None
+    explained: float | None
     findings: tuple[Finding, ...]
 
     @property
@@ -74,9 +76,9 @@ class ValveVerdict:
     def as_dict(self) -> dict[str, Any]:
         """Return everything as plain values, as ``dehyst valve --json`` prints it."""
         evidence = self.fit.evidence
-        law = None
-        if self.law is not None:
-            law = {"explained": self.law.explained}
+        controller = None
+        if self.explained is not None:
+            controller = {"explained": self.explained}
         return {
             "format": "dehyst-valve",
             "kind": self.kind,
@@ -96,7 +98,7 @@ class ValveVerdict:
                 "over_periodic": evidence.over_periodic,
                 "steadiness": evidence.steadiness,
             },
-            "controller": law,
+            "controller": controller,
             "warnings": [finding.as_dict() for finding in self.findings],
         }
 
@@ -149,10 +151,10 @@ def judge_valve(loop: ControlLoop, *, seed: int = 0) -> ValveVerdict:
         answer = loop.position
     assert answer is not None
     fit = fit_valve(loop.output, answer, measured_directly=loop.position is not None, seed=seed)
-    law = None
+    explained = None
     if loop.measurement is not None:
-        law = control_law(loop.output, loop.measurement, loop.setpoint)
-    mode = _mode(law)
+        explained = explained_share(loop.output, loop.measurement, loop.setpoint)
+    mode = _mode(explained)
     kind, grade, reason = _judged(fit, mode, loop.position is not None)
     return ValveVerdict(
         kind,
@@ -164,18 +166,18 @@ def judge_valve(loop: ControlLoop, *, seed: int = 0) -> ValveVerdict:
         reason,
         fit,
         loop,
-        law,
+        explained,
         (*loop.findings, *_about_ends(loop.output)),
     )
 
 
-def _mode(law: ControlLaw | None) -> str:
+def _mode(explained: float | None) -> str:
     """Whether the controller was in automatic: its output follows from the measurement."""
-    if law is None:
+    if explained is None:
         return "unclear"
-    if law.explained >= POLICY.certain_law:
+    if explained >= POLICY.certain_law:
         return "automatic"
-    if law.explained < POLICY.no_law:
+    if explained < POLICY.no_law:
         return "manual"
     return "unclear"
 

@@ -175,8 +175,10 @@ class _Measured:
             holds.append(holds_of(part.quantity, part.time, least, POLICY.hold_band * self.span))
         strokes = []
         for number, stroke in bare:
-            own = tuple(holds[number])
-            strokes.append(Stroke(stroke.part, stroke.begin, stroke.end, stroke.rising, own))
+            stroke_holds = tuple(holds[number])
+            strokes.append(
+                Stroke(stroke.part, stroke.begin, stroke.end, stroke.rising, stroke_holds)
+            )
         # A cycle rises first, as calibrations do; where none does, it falls first.
         pairs = paired(strokes, True, self.span)
         if not pairs:
@@ -234,8 +236,8 @@ class _Measured:
             return [self.curves[list(pair)] for pair in self.pairs]
         curves = []
         for curve, rising in zip(self.curves, self.rising, strict=True):
-            other = np.full(curve.size, np.nan)
-            curves.append(np.array([curve, other] if rising else [other, curve]))
+            missing = np.full(curve.size, np.nan)
+            curves.append(np.array([curve, missing] if rising else [missing, curve]))
         return curves
 
     def sheet(self) -> DataSheet:
@@ -305,9 +307,11 @@ class _Measured:
         self, number: Callable[[Curves], float], unit: str, per: float = 1.0
     ) -> SheetFigure:
         """A number of the whole range; a reading that errs by 1 makes it err by 1 / `per`."""
-        each = np.array([number(cycle) for cycle in self.cycles])
+        of_cycles = np.array([number(cycle) for cycle in self.cycles])
         error = math.sqrt(2.0) * self.noise / per
-        return SheetFigure(_estimate(number(self.mean), each, error, unit), count=each.size)
+        return SheetFigure(
+            _estimate(number(self.mean), of_cycles, error, unit), count=of_cycles.size
+        )
 
     def _largest(self, profile: Profile, places: Array, signed: bool = False) -> SheetFigure:
         """The largest deviation of the mean of the cycles, their scatter there, and the largest of a single cycle."""
@@ -320,9 +324,9 @@ class _Measured:
         if not signed:
             sign = math.copysign(1.0, value)
         cycles = [profile(cycle) for cycle in self.cycles]
-        each = np.array([sign * cycle[index] for cycle in cycles])
+        of_cycles = np.array([sign * cycle[index] for cycle in cycles])
         # Of strokes without a partner some have another direction.
-        each = each[np.isfinite(each)]
+        of_cycles = of_cycles[np.isfinite(of_cycles)]
         error = math.sqrt(2.0) * 100.0 * self.noise / self.full_scale
         largest = [float(np.nanmax(np.abs(cycle))) for cycle in cycles]
         worst = int(np.argmax(largest))
@@ -330,12 +334,12 @@ class _Measured:
         if mean.ndim == 2:
             direction = DIRECTIONS[int(index[0])]
         return SheetFigure(
-            _estimate(sign * value, each, error, PERCENT),
+            _estimate(sign * value, of_cycles, error, PERCENT),
             worst=_nothing(largest[worst]),
             cycle=worst + 1,
             place=float(places[index[-1]]),
             direction=direction,
-            count=each.size,
+            count=of_cycles.size,
         )
 
     def _percent(self, deviation: Array) -> Array:
@@ -372,13 +376,13 @@ class _Measured:
 
     def _one_way(self) -> SheetFigure:
         """A figure that needs both directions, of a log that has one."""
-        what = "no rising and falling stroke next to each other"
+        directions = "no rising and falling stroke next to each other"
         if np.all(self.rising):
-            what = "rising strokes only"
+            directions = "rising strokes only"
         elif not np.any(self.rising):
-            what = "falling strokes only"
+            directions = "falling strokes only"
         return _unknown(
-            f"this log has {what}; log strokes over the whole range in both directions, one behind the other"
+            f"this log has {directions}; log strokes over the whole range in both directions, one behind the other"
         )
 
     def _repeatability(self) -> SheetFigure:
@@ -451,7 +455,7 @@ class _Measured:
         longest = max(self._seconds(part, hold) for part, hold in holds)
         holds = [pair for pair in holds if self._seconds(*pair) >= ALIKE * longest]
         seconds = min(self._seconds(part, hold) for part, hold in holds)
-        each, levels, errors = [], [], []
+        changes, levels, errors = [], [], []
         for part, hold in holds:
             last = part.time[hold.begin] + seconds
             end = hold.begin + int(np.searchsorted(part.time[hold.begin : hold.end], last, "right"))
@@ -459,14 +463,14 @@ class _Measured:
             # A quantity that is not quite at rest moves the reading too, and so does the temperature.
             still = self._at_rest(part)
             head, tail = slice(hold.begin, hold.begin + size), slice(end - size, end)
-            each.append(float(np.mean(still[tail]) - np.mean(still[head])))
+            changes.append(float(np.mean(still[tail]) - np.mean(still[head])))
             levels.append(hold.level)
             scatter = math.hypot(float(np.std(still[head])), float(np.std(still[tail])))
             errors.append(scatter / math.sqrt(size))
             away = part.reading[head] - self.line.at(part.quantity[head])
             first = float(np.mean(self._percent(away)))
-            drawn.append((hold.level, first, first + each[-1]))
-        values = np.array(each)
+            drawn.append((hold.level, first, first + changes[-1]))
+        values = np.array(changes)
         estimate = _estimate(float(np.mean(values)), values, max(errors), PERCENT)
         worst = int(np.argmax(np.abs(values)))
         return SheetFigure(
@@ -576,28 +580,28 @@ def _middle(curves: Curves) -> Array:
     return np.asarray(0.5 * (curves[0] + curves[1]))
 
 
-def _estimate(value: float, each: Array, error: float, unit: str) -> LoopEstimate:
+def _estimate(value: float, of_cycles: Array, error: float, unit: str) -> LoopEstimate:
     """A figure with its interval: that of the scatter of single ones, and no less than the noise makes."""
     if unit == PERCENT:
         value = _nothing(value)
-    reach = quantile(CONFIDENCE, NORMAL) * error / math.sqrt(each.size)
-    if each.size >= POLICY.fewest_scatter:
-        scatter = float(np.std(each, ddof=1)) / math.sqrt(each.size)
-        reach = max(reach, quantile(CONFIDENCE, each.size - 1) * scatter)
+    reach = quantile(CONFIDENCE, NORMAL) * error / math.sqrt(of_cycles.size)
+    if of_cycles.size >= POLICY.fewest_scatter:
+        scatter = float(np.std(of_cycles, ddof=1)) / math.sqrt(of_cycles.size)
+        reach = max(reach, quantile(CONFIDENCE, of_cycles.size - 1) * scatter)
     if unit == PERCENT:
         reach = _nothing(reach)
     return LoopEstimate(value, value - reach, value + reach, unit)
 
 
-def _slope_along(signal: Array, each: Array) -> _Slope:
+def _slope_along(signal: Array, of_cycles: Array) -> _Slope:
     """Slope of a line through a number of each cycle beside a signal; without an error if there is no such line."""
-    count = each.size
+    count = of_cycles.size
     centred = signal - np.mean(signal)
     spread = float(centred @ centred)
     if count < POLICY.fewest_scatter or not spread > 0.0:
         return _Slope(math.nan, math.nan)
-    slope = float(centred @ each) / spread
-    left = each - np.mean(each) - slope * centred
+    slope = float(centred @ of_cycles) / spread
+    left = of_cycles - np.mean(of_cycles) - slope * centred
     return _Slope(slope, math.sqrt(float(left @ left) / (count - 2) / spread))
 
 

@@ -166,10 +166,10 @@ def read_at(samples: Samples, places: Array, reach: float, slope: float) -> tupl
             shift, middle = float(np.mean(near)), float(np.mean(at))
             along, beside = near - shift, at - middle
             spread = float(along @ along)
-            own = float(along @ beside) / spread
-            values[k] = middle - own * shift
+            tilt = float(along @ beside) / spread
+            values[k] = middle - tilt * shift
             if near.size > FITTED:
-                scatter = float(np.linalg.norm(beside - own * along)) / math.sqrt(near.size - 2)
+                scatter = float(np.linalg.norm(beside - tilt * along)) / math.sqrt(near.size - 2)
                 errors[k] = scatter * math.sqrt(1.0 / near.size + shift * shift / spread)
         elif near.size:
             values[k] = float(np.mean(at - slope * reach * near))

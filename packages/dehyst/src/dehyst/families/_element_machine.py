@@ -92,7 +92,9 @@ def element_machine(
         # An inverse block answers at once: its reference is given ahead.
         model = model.prompt
     low, high = models_kit.declared_range(model.card.input, range)
-    period = models_kit.parameter_number(_usual(model) if period is None else period, "period")
+    period = models_kit.parameter_number(
+        _usual(model, direction) if period is None else period, "period"
+    )
     _refuse_period(model, direction, period)
     p, sum_ = _made(model, direction, period, ramp, low, high)
     numbers = p.numbers
@@ -104,7 +106,7 @@ def element_machine(
     input = replace(card.input, low=numbers["input_low"], high=numbers["input_high"])
     output = replace(card.output, low=numbers["output_low"], high=numbers["output_high"])
     return models_kit.Machine(
-        native, p, input, output, _followed(model), 2, period=period, timed=model.timed
+        native, p, input, output, _followed(model), 2, period=period, timed=_timed(model, direction)
     )
 
 
@@ -131,9 +133,14 @@ def _refuse_period(model: ElementModel, direction: models_kit.Direction, period:
         )
 
 
-def _usual(model: ElementModel) -> float:
+def _timed(model: ElementModel, direction: models_kit.Direction) -> bool:
+    """Whether time counts for a block: an inverse one delays a part of its reference if the actuator rings."""
+    return model.timed or (direction == "inverse" and model.resonance is not None)
+
+
+def _usual(model: ElementModel, direction: models_kit.Direction) -> float:
     """Period of the log, or any where time does not count. [s]"""
-    if model.timed and not model.period:
+    if _timed(model, direction) and not model.period:
         raise ParameterError(
             "the model creeps, rings, depends on the rate or has a dead time, and does not say at which period it was "
             "identified. Pass period, the seconds between two samples of your loop (in a terminal: --period 0.001)."
@@ -238,12 +245,9 @@ def _delayed(model: ElementModel, inverse: bool, period: float) -> tuple[int, fl
     """Return a delay of the input in samples, and its share: of a dead time all, of a shaped reference a part."""
     if not inverse:
         return round(model.dead_time / period), 1.0
-    samples = 0
-    if model.resonance is not None:
-        samples = model.resonance.samples(period)
-    if model.resonance is None or not samples:
+    if model.resonance is None or not model.resonance.samples(period):
         return 0, 1.0
-    return samples, model.resonance.share
+    return model.resonance.samples(period), model.resonance.share
 
 
 def _slow(model: ElementModel, low: float, high: float) -> tuple[float, float]:

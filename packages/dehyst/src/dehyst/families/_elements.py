@@ -413,8 +413,8 @@ class ElementModel(LoopModel):
 
     @property
     def timed(self) -> bool:
-        """Whether time counts where it runs: creep, rate, a dead time, or a resonance."""
-        return self.rate_dependent or self.dead_time > 0.0 or self.resonance is not None
+        """Whether time counts: creep, rate or a dead time."""
+        return self.rate_dependent or self.dead_time > 0.0
 
     @property
     def delay(self) -> int:

@@ -19,7 +19,7 @@ after. Nor is one what is smaller than the steps of the sensor, which make peaks
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -40,14 +40,10 @@ from dehyst.models import Resonance
 LONGEST_SEGMENT, SHORTEST_SEGMENT = 4096, 128  # samples
 MOST_SEGMENTS = 200
 PARTS = 8  # of a log, at least, have a spectrum of their own
-HIGHEST = (
-    4  # samples in a period of the highest frequency: two in half a swing, which a shaper needs
-)
+HIGHEST = 4  # samples in a period of the highest frequency: two in half a swing, as a shaper needs
 FASTER = 6.0  # than the strokes: slower peaks are harmonics of the strokes themselves
-NEAR, FAR = (
-    1.2,
-    1.6,
-)  # a peak stands out of what lies between these times its frequency, on either side
+# A peak stands out of what lies between these times its frequency, on either side.
+NEAR, FAR = 1.2, 1.6
 SWINGS = 32  # in a segment that tells frequency and damping; longer ones would show the repetition of the strokes
 FREQUENCIES = np.linspace(0.9, 1.1, 81)
 DAMPINGS = np.geomspace(0.002, 0.4, 25)
@@ -270,25 +266,35 @@ def _resonance(spans: Sequence[_Span], period: float, near: float) -> tuple[Reso
     around = (frequencies > near / FAR) & (frequencies < near * FAR)
     at, power = frequencies[around], spectra.error[around] + TINY
     predicted, cross = spectra.predicted[around], spectra.cross[around]
-    best_missed, best_misfit = np.inf, np.inf
-    by_input = by_power = Resonance(near, 0.0)
+    best, resonance = np.inf, Resonance(near, 0.0)
+    for candidate, ratio in _candidates(near, at):
+        added = _response(candidate, ratio) - 1.0
+        missed = float(
+            np.sum(power - 2.0 * np.real(np.conj(added) * cross) + np.abs(added) ** 2 * predicted)
+        )
+        if missed < best:
+            best, resonance = missed, candidate
+    if 1.0 - best / float(np.sum(power)) > POLICY.resonance_explained:
+        return resonance, True
+    best = np.inf
+    for candidate, ratio in _candidates(near, at):
+        misfit = _misfit(np.abs(_response(candidate, ratio)) ** 2, ratio, power)
+        if misfit < best:
+            best, resonance = misfit, candidate
+    return resonance, False
+
+
+def _candidates(near: float, at: Array) -> Iterator[tuple[Resonance, Array]]:
+    """Resonances around a frequency, each with the ratios of frequencies (F,) to its own."""
     for frequency in near * FREQUENCIES:
         ratio = at / frequency
         for damping in DAMPINGS:
-            response = 1.0 / (1.0 - ratio**2 + 2j * damping * ratio)
-            added = response - 1.0
-            missed = float(
-                np.sum(
-                    power - 2.0 * np.real(np.conj(added) * cross) + np.abs(added) ** 2 * predicted
-                )
-            )
-            if missed < best_missed:
-                best_missed, by_input = missed, Resonance(float(frequency), float(damping))
-            misfit = _misfit(np.abs(response) ** 2, ratio, power)
-            if misfit < best_misfit:
-                best_misfit, by_power = misfit, Resonance(float(frequency), float(damping))
-    explained = 1.0 - best_missed / float(np.sum(power)) > POLICY.resonance_explained
-    return (by_input if explained else by_power), explained
+            yield Resonance(float(frequency), float(damping)), ratio
+
+
+def _response(resonance: Resonance, ratio: Array) -> npt.NDArray[np.complex128]:
+    """G at ratios (F,) of a frequency to that of the resonance."""
+    return np.asarray(1.0 / (1.0 - ratio**2 + 2j * resonance.damping * ratio))
 
 
 def _misfit(swing: Array, ratio: Array, power: Array) -> float:

@@ -372,3 +372,11 @@ def _ticks_between(low: float, high: float, multiples: Sequence[int]) -> list[fl
             if low <= tick <= high:
                 ticks.append(tick)
     return ticks
+
+
+def double_arrow(
+    axes: Axes, begin: tuple[float, float], end: tuple[float, float], colour: ThemeColour
+) -> None:
+    """Draw a distance between two places."""
+    look = {"arrowstyle": "<->", "color": colour.light, "lw": 1.4, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", end, begin, arrowprops=look, zorder=5)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from dehyst.data import Loops, MeasuredLoop
-from dehyst.report._drawing import DASHED, PanelLine, chart
+from dehyst.report._drawing import DASHED, PanelLine, chart, double_arrow
 from dehyst.report._page import write_page
 from dehyst.report._parts import Axes, Draw, Page, PageFigure, PageSection, PageTable, Panel
 from dehyst.report._svg import write_picture
@@ -160,7 +160,7 @@ def _upright(
     """A distance of two outputs at one input, with its name beside it, or above it in a narrow loop."""
     if not np.isfinite(ends).all():
         return
-    _arrow(axes, (x, ends[0]), (x, ends[1]), colour)
+    double_arrow(axes, (x, ends[0]), (x, ends[1]), colour)
     low, high = min(ends), max(ends)
     if high - low > WIDE * float(np.ptp(axes.get_ylim())):
         _label(axes, (x, low + 0.8 * (high - low)), (6, 0), label, colour, "left", "center")
@@ -174,18 +174,11 @@ def _level(
     """A distance of two inputs at one output, with its name over its end, or right of it in a narrow loop."""
     if not np.isfinite(ends).all():
         return
-    _arrow(axes, (ends[0], y), (ends[1], y), colour)
+    double_arrow(axes, (ends[0], y), (ends[1], y), colour)
     if abs(ends[1] - ends[0]) > WIDE * float(np.ptp(axes.get_xlim())):
         _label(axes, (max(ends), y), (-8, 3), label, colour, "right", "bottom")
     else:
         _label(axes, (max(ends), y), (12, -10), label, colour, "left", "top")
-
-
-def _arrow(
-    axes: Axes, begin: tuple[float, float], end: tuple[float, float], colour: ThemeColour
-) -> None:
-    look = {"arrowstyle": "<->", "color": colour.light, "lw": 1.4, "shrinkA": 0, "shrinkB": 0}
-    axes.annotate("", end, begin, arrowprops=look, zorder=5)
 
 
 def _label(

@@ -10,7 +10,7 @@ import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.data.kit import DataSheet, label_of
-from dehyst.report._drawing import DASHED, PanelLine, chart
+from dehyst.report._drawing import DASHED, PanelLine, chart, double_arrow
 from dehyst.report._page import write_page
 from dehyst.report._parts import Axes, Page, PageFigure, PageSection, PageTable, Panel
 from dehyst.report._svg import write_picture
@@ -138,8 +138,7 @@ def _arrow(
     figure = sheet.figures[name]
     order = ("terminal", "hysteresis", "repeatability").index(name) - 1
     place = figure.place + order * ASIDE * (sheet.high - sheet.low)
-    look = {"arrowstyle": "<->", "color": colour.light, "lw": 1.4, "shrinkA": 0, "shrinkB": 0}
-    axes.annotate("", (place, ends[1]), (place, ends[0]), arrowprops=look, zorder=5)
+    double_arrow(axes, (place, ends[0]), (place, ends[1]), colour)
     words = f"{label_of(name).partition(',')[0]} {figure.value}".replace("+-", "±")
     _label(sheet, axes, words, (place, 0.5 * (ends[0] + ends[1])), colour)
 

@@ -50,9 +50,13 @@ class PlayForm:
     def __call__(self, model: Any) -> LinearForm:
         """Return the linear form, whose models have the card and the shear of a model."""
         estimate, n = self.estimate, self.bank.thresholds.size
-        parts = [
-            self._piece(*piece) for piece in zip(self.data.pieces, self.bank.states, strict=True)
-        ]
+        start, samples = self.bank.initial_state, 0
+        for piece in self.data.pieces:
+            samples += max(0, piece.fitted(start).stop - piece.fitted(start).start)
+        every = max(1, -(-samples // MOST_ROWS))
+        parts = []
+        for piece, state in zip(self.data.pieces, self.bank.states, strict=True):
+            parts.append(self._piece(piece, state, every))
         rows, miss, x, y, weight = map(np.concatenate, zip(*parts, strict=True))
         root = np.sqrt(weight)
         data = self.data
@@ -94,15 +98,13 @@ class PlayForm:
             return ShearedPrandtlIshlinskii(built, model.shear)
         return built
 
-    def _piece(self, piece: Piece, state: Array) -> tuple[Array, ...]:
-        """Rows (k, 1 + n + p) of one piece, what was measured less the model, input, output, weight, (k,); scaled."""
+    def _piece(self, piece: Piece, state: Array, every: int) -> tuple[Array, ...]:
+        """Rows (k, 1 + n + p) of a piece, what was measured less the model, input, output, weight, (k,); scaled.
+
+        They are those of each `every`-th sample.
+        """
         start = self.bank.initial_state
         fitted = piece.fitted(start)
-        samples = sum(
-            max(0, other.fitted(start).stop - other.fitted(start).start)
-            for other in self.data.pieces
-        )
-        every = max(1, -(-samples // MOST_ROWS))
         at = np.arange(fitted.start, fitted.stop, every, dtype=np.int64)
         plays, _ = _native.play_bank(
             np.ascontiguousarray(piece.x[: fitted.stop]), self.bank.thresholds, state, at
