@@ -17,7 +17,8 @@ from dehyst.io._policy import POLICY
 from dehyst.io._table import LogTable
 from dehyst.shell import command
 
-LOOKED_AT = 4000  # samples: a law of six numbers needs no more, and every log that is read pays for them
+# A law of six numbers needs no more samples, and every log that is read pays for them.
+LOOKED_AT = 4000
 CANDIDATES = 20  # columns
 LAGS = 4  # samples of the error in a law: proportional, integral and derivative part, and one sample late
 
