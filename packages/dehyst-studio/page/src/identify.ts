@@ -7,6 +7,7 @@ import { h, line, painted, save } from "./dom";
 import { Family, Fit, fit } from "./fit";
 import { Inverse } from "./inverse";
 import { check, Column, labelOf, Log, propose, readLog, textOf } from "./log";
+import { loopNumbers } from "./loop";
 import { modelFile } from "./model_file";
 import { Link, LoopPlot, Shade, short, TimePlot } from "./plots";
 import { Refusal } from "./refusal";
@@ -177,7 +178,8 @@ class Identify {
           tile("Model errs by", `${short(scores.test.percent, 3)} %`, `of range, rms, held out: ${unit(scores.test.rmse, output)}`),
           tile("The best curve by", `${short(scores.curve.percent, 3)} %`, `of range, rms, held out: ${unit(scores.curve.rmse, output)}`),
           tile("On fitted samples", `${short(scores.train.percent, 3)} %`, `of range, rms: ${unit(scores.train.rmse, output)}`),
-          tile("Operators", String(result.model.weights.length), `of 100 carry weight; assumed before the log: ${result.start}`))),
+          tile("Operators", String(result.model.weights.length), `of 100 carry weight; assumed before the log: ${result.start}`)),
+        h("p", { id: "loop-numbers", class: "caption" }, loopWords(input, output))),
       plots,
       h("p", { class: "caption" }, "The shaded part was held out: the model has not seen it. Drag over a figure to zoom, double click to see all; the cursor walks along all of them."),
       wide);
@@ -240,6 +242,14 @@ class Identify {
 
 function tile(title: string, value: string, remark: string): HTMLElement {
   return h("div", {}, h("dt", {}, title), h("dd", {}, h("span", { class: "value" }, value), h("span", { class: "remark" }, remark)));
+}
+
+/** Numbers of the deepest loop, in one sentence. */
+function loopWords(input: Column, output: Column): string {
+  const numbers = loopNumbers(input.values, output.values);
+  if (!numbers) return "No loop of this log closes: dehyst loops says what there is.";
+  const both = input.unit && output.unit ? ` ${input.unit} ${output.unit}` : "";
+  return `The deepest loop: width ${unit(numbers.width, output)} at the middle, area ${short(numbers.area)}${both}, coercivity ${unit(numbers.coercivity, input)} at output ${numbers.at}. dehyst loops prints these and more, with intervals.`;
 }
 
 const unit = (value: number, column: Column): string => `${short(value)}${column.unit ? ` ${column.unit}` : ""}`;

@@ -9,6 +9,7 @@ import importlib.util
 import re
 import shutil
 import sys
+from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -17,6 +18,8 @@ import pytest
 
 import dehyst
 from dehyst import cli
+from dehyst.data import measure_loops
+from dehyst.errors import ExcitationError
 from dehyst.identification import state_before
 from dehyst.io import write_example
 from dehyst.shell import command
@@ -241,6 +244,17 @@ def example(tmp_path_factory) -> Path:
     return write_example(tmp_path_factory.mktemp("example") / "example log.csv")
 
 
+def assert_loop_of_python(shown, record):
+    """Width, area and coercivity in a sentence are those of the deepest loop that Python measures."""
+    deepest = max(measure_loops(record).loops, key=lambda loop: loop.depth)
+    labels = {"width": "deg", "area": "bar deg", "coercivity": "bar"}
+    for name, unit in labels.items():
+        value = float(re.search(rf"{name} ([\d.]+) {unit}\b", shown)[1])
+        measured = getattr(deepest, name)
+        # The page reads a branch by a line through the samples near, Python by a parabola: noise moves them apart.
+        assert abs(value - measured) < 0.005 * measured + 4.0 * deepest.errors.get(name, 0.0)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("family", TOLERANCE)
 def test_the_example_log_gives_the_numbers_of_python_and_a_file_that_it_reads(
@@ -270,6 +284,8 @@ def test_the_example_log_gives_the_numbers_of_python_and_a_file_that_it_reads(
     )
     assert model.card.provenance["settings"]["family"] == family
     assert "grade" not in model.card.provenance  # nobody judged it
+    assert_loop_of_python(opened.page.inner_text("#loop-numbers"), record)
+
     shown = opened.page.inner_text("#command")
     expected = command(
         "identify",
@@ -280,6 +296,32 @@ def test_the_example_log_gives_the_numbers_of_python_and_a_file_that_it_reads(
         report="report.html",
     )
     assert shown == expected
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "turns",
+    [
+        (0.0, 2.0, -1.0, 0.4, -2.0),
+        (0.0, 2.0, -1.0, 0.4, -2.0, 2.0),
+        (-2.0, 2.0, -2.0, 1.5, 0.0),
+        (0.0, -2.0, 0.5, -0.5, 1.9, -2.0, 0.3),
+        (0.0, 2.0, -1.0, -0.5),
+    ],
+)
+def test_the_deepest_loop_of_plays_has_the_numbers_of_python(opened, tmp_path, turns):
+    x = np.concatenate([np.linspace(*ends, 400) for ends in pairwise(turns)])
+    record = dehyst.Recording(x, dehyst.PrandtlIshlinskii([0.0, 0.5], [1.0, 1.0]).simulate(x))
+    rows = [f"{a:.9g},{b:.9g}" for a, b in zip(x, record.output, strict=True)]
+    opened.drop("play.csv", "\n".join(["u_bar,y_deg", *rows]).encode())
+    opened.identify("u_bar", "y_deg", "pi")
+    shown = opened.page.inner_text("#loop-numbers")
+    if len(turns) > 4:
+        assert_loop_of_python(shown, record)
+    else:
+        assert "No loop of this log closes" in shown
+        with pytest.raises(ExcitationError):
+            measure_loops(record)
 
 
 @pytest.mark.exhaustive

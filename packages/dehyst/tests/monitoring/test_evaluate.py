@@ -207,6 +207,18 @@ def test_json_holds_both_errors_with_their_bias(run, files):
     )
 
 
+def test_the_loop_of_the_log_is_beside_that_of_each_model(run, files):
+    out = run("evaluate", *files)[1]
+    # Names of files are long here, and the table folds its columns to the width of the terminal.
+    assert re.search(r"loop +width", out) and "largest loops of the log" in out
+    # A play of half width r and weight w opens a loop by 2 r w: the mechanism is measured again, a line has no loop.
+    numbers = json.loads(run("evaluate", *files, "--json")[1])
+    measured = numbers["numbers"]["estimates"]["width"]["value"]
+    assert measured == pytest.approx(2.0 * (0.3 * 0.4 + 0.8 * 0.3), rel=0.02)
+    modelled = [entry["numbers"]["estimates"]["width"]["value"] for entry in numbers["models"]]
+    assert modelled == pytest.approx([measured, 0.0], abs=1e-3)
+
+
 def test_a_log_that_no_model_explains_is_a_no_and_wrong_columns_are_refused(run, files, tmp_path):
     other = tmp_path / "other.csv"
     rows = np.column_stack([T, X, np.random.default_rng(0).normal(size=X.size)])

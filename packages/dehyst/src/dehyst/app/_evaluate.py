@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import nullcontext
 
-from rich.table import Column
+from rich.table import Column, Table
 from rich.text import Text
 
 from dehyst.app._ending import Status, concluding
@@ -119,6 +119,13 @@ def _print(evaluation: Evaluation, request: EvaluateRequest) -> None:
         out.print(
             f"outputs are scored with an offset that follows the last cycle, within {share:g} % of range"
         )
+    if evaluation.loops is not None:
+        out.print()
+        out.print(_loops(evaluation))
+        out.print(
+            "largest loops of the log, and of what each model makes of its input; width at the middle",
+            soft_wrap=True,
+        )
     reasons = [entry for entry in evaluation.entries if entry.reason]
     if reasons:
         out.print()
@@ -155,6 +162,23 @@ def _row(entry: Scored) -> tuple[str, ...]:
         bias, clipped = f"{entry.input.bias_percent:+.2g}", f"{100 * entry.clipped:.2g}"
         input = (f"{entry.input_percent:.3g}", bias, clipped)
     return (entry.name, entry.model.family, *output, *input)
+
+
+def _loops(evaluation: Evaluation) -> Table:
+    """Numbers of the measured loops, and below them those of each model that has any."""
+    measured = [("measured", evaluation.loops)]
+    for entry in evaluation.entries:
+        measured.append((entry.name, entry.loops))
+    rows = []
+    for name, loops in measured:
+        if loops is not None:
+            numbers = loops.estimates
+            area = str(numbers["area"])
+            rows.append((name, str(numbers["width"]), area, str(numbers["coercivity"])))
+    heads = [Column("loop", overflow="fold")]
+    for head in ("width", "area", "coercivity"):
+        heads.append(Column(head, no_wrap=True, overflow="fold"))
+    return table(heads, rows)
 
 
 def _next(evaluation: Evaluation, request: EvaluateRequest) -> str:

@@ -10,8 +10,10 @@ import numpy as np
 
 from dehyst.arrays import Array, rank
 from dehyst.data import (
+    Loops,
     Recording,
     counted_once,
+    loops_of,
     range_over,
     refuse_repeated,
     require_recordings,
@@ -63,6 +65,9 @@ class Scored:
     predictions, demands
         Output of the model and input of its inverse, in the model's units, (T,) for each recording; empty if there is
         none. [output], [input]
+    loops
+        The largest loops of the predictions, measured as those of the log are (`dehyst.data.measure_loops`); None
+        where there is none.
     findings
         What limits these errors.
     """
@@ -78,6 +83,7 @@ class Scored:
     reason: str = ""
     predictions: tuple[Array, ...] = ()
     demands: tuple[Array, ...] = ()
+    loops: Loops | None = None
     findings: tuple[Finding, ...] = ()
 
     @property
@@ -103,6 +109,7 @@ class Scored:
             "output_error": output_error,
             "input_error": input_error,
             "clipped": self.clipped,
+            "numbers": self.loops and self.loops.summary,
             "reason": self.reason,
             "warnings": as_dicts(self.findings),
         }
@@ -122,6 +129,8 @@ class Evaluation:
         Name of the model to compensate with; None if none of them should be used here.
     why
         Why that one, in one sentence.
+    loops
+        The largest loops of the log, as measured; None where no loop closes.
     findings
         About the log itself.
 
@@ -138,6 +147,7 @@ class Evaluation:
     recordings: tuple[Recording, ...]
     run: str | None
     why: str
+    loops: Loops | None = None
     findings: tuple[Finding, ...] = ()
 
     def __getitem__(self, name: str) -> Scored:
@@ -154,6 +164,7 @@ class Evaluation:
             "run": self.run,
             "why": self.why,
             "samples": sum(map(len, self.recordings)),
+            "numbers": self.loops and self.loops.summary,
             "warnings": as_dicts(self.findings),
         }
 
@@ -232,7 +243,8 @@ def evaluate(
     entries = [_scored(name, model, log) for name, model in named.items()]
     entries.sort(key=lambda entry: rank(entry.error_percent))
     run, why = _advice(entries)
-    return Evaluation(tuple(entries), records, run, why, (*_about(records), *assumed))
+    loops = loops_of(records, largest_only=True)
+    return Evaluation(tuple(entries), records, run, why, loops, (*_about(records), *assumed))
 
 
 def _named(models: Model | Sequence[Model] | Mapping[str, Model]) -> dict[str, Model]:
@@ -620,12 +632,16 @@ def _forward(entry: Scored, log: _Log, records: Sequence[Recording]) -> Scored:
     span = robust_range(measured)
     if log.follow_offset is not None:
         outputs = _followed(model, records, outputs, log.follow_offset)
+    predicted = []
+    for record, output in zip(records, outputs, strict=True):
+        predicted.append(replace(record, output=output))
     return replace(
         entry,
         output=score(tuple(records), outputs, log.part, span),
         output_bias=log.part.moments(outputs, measured).mean,
         predictions=outputs,
         error_percent=100.0 * _within(outputs, measured, log.part) / span,
+        loops=loops_of(predicted, largest_only=True),
     )
 
 
