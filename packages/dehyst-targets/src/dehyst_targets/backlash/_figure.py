@@ -10,7 +10,6 @@ import numpy as np
 from dehyst.arrays import Array
 from dehyst.report import Axes, Draw, PageFigure, Panel, PanelLine, chart
 from dehyst.report import kit as report_kit
-from dehyst.report.kit import MODEL, MUTED, TEST, TRAIN
 from dehyst_targets.backlash._lost_motion import LostMotion
 from dehyst_targets.backlash._write import BacklashTable
 
@@ -47,8 +46,8 @@ def write_backlash_figure(
 def _errors(lost: LostMotion, across: str) -> Draw:
     lines, reaches = [], []
     sides = (
-        ("rising", lost.rising, lost.rising_spread, TRAIN),
-        ("falling", lost.falling, lost.falling_spread, TEST),
+        ("rising", lost.rising, lost.rising_spread, report_kit.TRAIN),
+        ("falling", lost.falling, lost.falling_spread, report_kit.TEST),
     )
     for name, error, spread, token in sides:
         lines.append(PanelLine(lost.nominal, error, token, name, marker="o"))
@@ -66,14 +65,16 @@ def _errors(lost: LostMotion, across: str) -> Draw:
 
 
 def _lost(lost: LostMotion, table: BacklashTable, across: str) -> Draw:
-    lines = [PanelLine(lost.nominal, lost.lost_motion, MODEL, "measured", marker="o")]
+    lines = [PanelLine(lost.nominal, lost.lost_motion, report_kit.MODEL, "measured", marker="o")]
     if table.files:
         left = table.lost_motion
-        lines.append(PanelLine(lost.nominal, left, MUTED, "left by the table", dashes="dashed"))
+        lines.append(
+            PanelLine(lost.nominal, left, report_kit.MUTED, "left by the table", dashes="dashed")
+        )
     low, high = lost.lost_motion - lost.interval, lost.lost_motion + lost.interval
 
     def bars(axes: Axes) -> None:
-        axes.vlines(lost.nominal, low, high, color=MODEL.light, lw=1.2)
+        axes.vlines(lost.nominal, low, high, color=report_kit.MODEL.light, lw=1.2)
 
     return chart(
         across,

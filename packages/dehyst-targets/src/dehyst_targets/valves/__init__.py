@@ -5,7 +5,7 @@ from dehyst.lazy import lazy_names
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from dehyst_targets.valves._figure import write_valve_figure as write_valve_figure
-    from dehyst_targets.valves._fit import Estimate as Estimate
+    from dehyst_targets.valves._fit import ValveEstimate as ValveEstimate
     from dehyst_targets.valves._loop import ControlLoop as ControlLoop
     from dehyst_targets.valves._loop import explained_share as explained_share
     from dehyst_targets.valves._loop import read_control_loop as read_control_loop
@@ -20,7 +20,7 @@ __getattr__, __dir__, __all__ = lazy_names(
     "dehyst_targets.valves",
     {
         "_figure": "write_valve_figure",
-        "_fit": "Estimate",
+        "_fit": "ValveEstimate",
         "_loop": "ControlLoop explained_share read_control_loop",
         "_policy": "POLICY",
         "_positions": "valve_positions",

@@ -9,7 +9,6 @@ import numpy as np
 
 from dehyst.report import Axes, Draw, PageFigure, Panel, PanelLine, chart
 from dehyst.report import kit as report_kit
-from dehyst.report.kit import DATA, MODEL, MUTED, TEST
 from dehyst_targets.valves._policy import POLICY
 from dehyst_targets.valves._verdict import NO_SIGN, ValveVerdict
 
@@ -56,7 +55,7 @@ def _answer(verdict: ValveVerdict) -> Draw:
         values, name = loop.position, "position"
     assert values is not None
     part = slice(max(0, values.size - SHOWN), None)
-    line = PanelLine(loop.output[part], values[part], DATA, width=0.7)
+    line = PanelLine(loop.output[part], values[part], report_kit.DATA, width=0.7)
     return chart("controller output [%]", name, [line])
 
 
@@ -69,17 +68,17 @@ def _valve(verdict: ValveVerdict) -> Draw:
     half, jump = 0.5 * fit.dead_band.value, 0.5 * fit.jump.value
 
     def sizes(axes: Axes) -> None:
-        arrow = {"arrowstyle": "<->", "color": TEST.light}
+        arrow = {"arrowstyle": "<->", "color": report_kit.TEST.light}
         axes.annotate("", (across + half, middle), (across - half, middle), arrowprops=arrow)
-        axes.text(across, middle, "S", color=TEST.light, va="bottom")
+        axes.text(across, middle, "S", color=report_kit.TEST.light, va="bottom")
         right = across + half
         axes.annotate("", (right, middle + jump), (right, middle - jump), arrowprops=arrow)
-        axes.text(right, middle + 0.5 * jump, " J", color=TEST.light)
+        axes.text(right, middle + 0.5 * jump, " J", color=report_kit.TEST.light)
 
     return chart(
         "controller output [%]",
         "valve [%]",
-        [PanelLine(signal, path, MODEL, width=0.9)],
+        [PanelLine(signal, path, report_kit.MODEL, width=0.9)],
         also=sizes if verdict.kind != NO_SIGN else None,
     )
 
@@ -87,11 +86,11 @@ def _valve(verdict: ValveVerdict) -> Draw:
 def _profile(verdict: ValveVerdict) -> Draw:
     dead_bands, scores = verdict.fit.profile
     lines = [
-        PanelLine(dead_bands, scores, MODEL),
+        PanelLine(dead_bands, scores, report_kit.MODEL),
         PanelLine(
             dead_bands[[0, -1]],
             np.full(2, POLICY.excluded),
-            MUTED,
+            report_kit.MUTED,
             "excluded above",
             dashes="dashed",
         ),

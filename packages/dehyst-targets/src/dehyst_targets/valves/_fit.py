@@ -17,7 +17,7 @@ import numpy as np
 from dehyst.arrays import Array, Mask
 from dehyst_targets.valves._policy import POLICY
 from dehyst_targets.valves._positions import valve_positions
-from dehyst_targets.valves._regression import Sums, regression_sums
+from dehyst_targets.valves._regression import BlockSums, regression_sums
 
 # Where the valve may stand before the first sample, in shares of what static friction holds.
 STARTS = np.array([-0.98, -0.5, 0.0, 0.5, 0.98])
@@ -35,7 +35,7 @@ PERIODS = np.linspace(-1.5, 1.5, 13)  # cycles that its frequency may differ ove
 
 
 @dataclass(frozen=True)
-class Estimate:
+class ValveEstimate:
     """A number with its interval of 95 %."""
 
     value: float
@@ -48,7 +48,7 @@ class Estimate:
 
 
 @dataclass(frozen=True)
-class Evidence:
+class StickingEvidence:
     """What speaks for a sticking valve.
 
     Attributes
@@ -74,10 +74,10 @@ class ValveFit:
     `profile` dead bands and Schwarz's criterion of each against a valve that follows.
     """
 
-    dead_band: Estimate
-    jump: Estimate
+    dead_band: ValveEstimate
+    jump: ValveEstimate
     moves_on: bool
-    evidence: Evidence
+    evidence: StickingEvidence
     unseen: float
     swing: float
     period: float
@@ -138,7 +138,7 @@ class _Grid:
         return cls(columns[0], columns[1], columns[2].astype(bool))
 
 
-class _Log:
+class _TwoRateLog:
     """A log at the two rates that the fit needs."""
 
     def __init__(self, output: Array, answer: Array, nearest: int) -> None:
@@ -169,13 +169,13 @@ class _Log:
         steps = path.reshape(self.size, self.coarse, -1).mean(axis=1)
         return np.asarray(steps - self.signal.mean())
 
-    def linear(self, others: Array | None = None) -> Sums:
+    def linear(self, others: Array | None = None) -> BlockSums:
         """Return the sums of a valve that follows."""
         return regression_sums(
             self.answer, self.means(self.signal[:, None]), self.blocks, self.nearest, others
         )
 
-    def paths(self, grid: _Grid) -> tuple[Array, Sums]:
+    def paths(self, grid: _Grid) -> tuple[Array, BlockSums]:
         """Return of each valve the path (T, k) that explains the answer best among its starts, and its sums."""
         count, starts = grid.dead_band.size, STARTS.size
         hold = 0.5 * (grid.dead_band + grid.jump)
@@ -216,7 +216,7 @@ def _different(steps: Array, close: Array) -> Array:
 class _Search:
     """The search for the best valve of a log."""
 
-    def __init__(self, log: _Log, seed: int) -> None:
+    def __init__(self, log: _TwoRateLog, seed: int) -> None:
         self.log = log
         rng = np.random.default_rng(seed)
         blocks = log.blocks
@@ -244,7 +244,7 @@ class _Search:
         k, chosen = tried.best, tried.structure
         gains = linear.block_errors(plain, 0) - tried.sums.block_errors(chosen, k)
         best = float(tried.scores[k])
-        evidence = Evidence(without - best, self._periodic() - best, _steadiness(gains))
+        evidence = StickingEvidence(without - best, self._periodic() - best, _steadiness(gains))
         limit = best + POLICY.excluded + POLICY.inexact * max(without - best, 0.0)
         possible = [candidate.scores <= limit for candidate in all_tried]
         return ValveFit(
@@ -330,7 +330,7 @@ class _Tried:
 
     def estimate(
         self, name: str, all_tried: list[_Tried], possible: list[Mask], move: float
-    ) -> Estimate:
+    ) -> ValveEstimate:
         """Return the best value of one number and its interval of 95 %.
 
         The interval holds the values of the bootstrap and of all valves that are possible; half a step of the grid, and
@@ -342,7 +342,7 @@ class _Tried:
         for candidate, which in zip(all_tried, possible, strict=True):
             ends += getattr(candidate.grid, name)[which].tolist()
         half = 0.5 * max(_step(values, values[[self.best]]), move)
-        return Estimate(value, max(min(*ends, value) - half, 0.0), max(*ends, value) + half)
+        return ValveEstimate(value, max(min(*ends, value) - half, 0.0), max(*ends, value) + half)
 
 
 def _step(values: Array, near: Array) -> float:
@@ -396,4 +396,4 @@ def fit_valve(output: Array, answer: Array, *, measured_directly: bool, seed: in
     seed
         Of the bootstrap.
     """
-    return _Search(_Log(output, answer, int(not measured_directly)), seed).run()
+    return _Search(_TwoRateLog(output, answer, int(not measured_directly)), seed).run()

@@ -26,7 +26,7 @@ ROUNDING = 1e-12  # mean square that tells nothing more, of a measurement of dev
 
 
 @dataclass(frozen=True)
-class Sums:
+class BlockSums:
     """Products of all columns with each other, block by block: (k, B, m, m), the measurement last."""
 
     products: Array
@@ -48,9 +48,9 @@ class Sums:
             if past <= self.past and taps <= self.taps
         ]
 
-    def select(self, which: Index) -> Sums:
+    def select(self, which: Index) -> BlockSums:
         """Return the sums of some of the valves."""
-        return Sums(self.products[which], self.rows, self.past, self.taps)
+        return BlockSums(self.products[which], self.rows, self.past, self.taps)
 
     def columns(self, structure: tuple[int, int]) -> Index:
         """Places of its columns: past, position, constant and others, measurement."""
@@ -114,7 +114,7 @@ def _left(total: Array) -> Array:
 
 def regression_sums(
     measured: Array, positions: Array, blocks: int, nearest: int, others: Array | None = None
-) -> Sums:
+) -> BlockSums:
     """Add up the products of all regressors in blocks of equal length.
 
     Parameters
@@ -156,4 +156,4 @@ def regression_sums(
         products[k][:, middle[:, None], here] = across
         products[k][:, here[:, None], middle] = across.transpose(0, 2, 1)
         products[k][:, middle[:, None], middle] = moved @ moved.transpose(0, 2, 1)
-    return Sums(products, index.size, past, taps)
+    return BlockSums(products, index.size, past, taps)

@@ -10,7 +10,7 @@ import numpy as np
 from dehyst.arrays import Array
 from dehyst.errors import ColumnError
 from dehyst.findings import Finding, Grade
-from dehyst_targets.valves._fit import Estimate, ValveFit, fit_valve
+from dehyst_targets.valves._fit import ValveEstimate, ValveFit, fit_valve
 from dehyst_targets.valves._loop import ControlLoop, exchanged, explained_share
 from dehyst_targets.valves._policy import POLICY
 
@@ -46,8 +46,8 @@ class ValveVerdict:
 
     kind: str
     grade: Grade
-    dead_band: Estimate
-    jump: Estimate
+    dead_band: ValveEstimate
+    jump: ValveEstimate
     excluded_above: float
     mode: str
     reason: str
@@ -103,7 +103,7 @@ class ValveVerdict:
         }
 
 
-def _with_interval(estimate: Estimate) -> str:
+def _with_interval(estimate: ValveEstimate) -> str:
     return f"{estimate.value:.2f} % ({estimate.low:.2f} to {estimate.high:.2f})"
 
 

@@ -36,9 +36,9 @@ def run_loops(request: LoopsRequest) -> None:
     with ask_progress("measuring", request.json):
         measured = measure_loops(records, symmetric=request.symmetric)
     if request.out is not None:
-        from dehyst.report import write_loops
+        from dehyst.report import kit as report_kit
 
-        write_loops(measured, request.out)
+        report_kit.write_loops(measured, request.out)
     if request.json:
         print_json(measured.as_dict())
         return

@@ -20,8 +20,8 @@ from dehyst.app._terminal import (
     terminal,
 )
 from dehyst.app.requests import SensorRequest
+from dehyst.data import kit as data_kit
 from dehyst.data import sensor_data_sheet
-from dehyst.data.kit import LINES, DataSheet
 from dehyst.errors import ColumnError, ParameterError
 from dehyst.io import kit as io_kit
 from dehyst.models import Model, load
@@ -39,8 +39,8 @@ def run_sensor(request: SensorRequest) -> None:
         mark = PAGE
     sources = [*files_of(request.logs), request.model]
     refuse_clashes(sources, request.overwrite, out=(request.out, mark))
-    if request.line == IDEAL or request.line not in LINES:
-        lines = ", ".join(name for name in LINES if name != IDEAL)
+    if request.line == IDEAL or request.line not in data_kit.LINES:
+        lines = ", ".join(name for name in data_kit.LINES if name != IDEAL)
         raise ParameterError(f"--line {request.line!r:.40} is unknown; there are: {lines}.")
     model = None
     if request.model is not None:
@@ -60,9 +60,9 @@ def run_sensor(request: SensorRequest) -> None:
             corrected = sensor_data_sheet(readings.after, IDEAL)
         sheet = sensor_data_sheet(records, request.line)
     if request.out is not None:
-        from dehyst.report.kit import write_data_sheet
+        from dehyst.report import kit as report_kit
 
-        write_data_sheet(sheet, request.out, corrected)
+        report_kit.write_data_sheet(sheet, request.out, corrected)
     if request.json:
         print_json(_as_dict(sheet, corrected, readings))
         return
@@ -102,7 +102,9 @@ def _named(request: SensorRequest, model: Model | None) -> SensorRequest:
 
 
 def _as_dict(
-    sheet: DataSheet, corrected: DataSheet | None, readings: CorrectedReadings | None
+    sheet: data_kit.DataSheet,
+    corrected: data_kit.DataSheet | None,
+    readings: CorrectedReadings | None,
 ) -> dict[str, object]:
     """The sheet; with a model also that of the corrected reading."""
     content = sheet.as_dict()
@@ -113,7 +115,9 @@ def _as_dict(
 
 
 def _print(
-    sheet: DataSheet, corrected: DataSheet | None, readings: CorrectedReadings | None
+    sheet: data_kit.DataSheet,
+    corrected: data_kit.DataSheet | None,
+    readings: CorrectedReadings | None,
 ) -> None:
     """Print a row a figure, what the figures refer to, and what is missing."""
     out = terminal()
@@ -152,7 +156,7 @@ def _print_rows(heads: Sequence[str], rows: Sequence[tuple[str, ...]]) -> None:
     out.print(table(columns, rows), width=max(out.width, widths), crop=False)
 
 
-def _beside(sheet: DataSheet, corrected: DataSheet) -> Iterable[tuple[str, ...]]:
+def _beside(sheet: data_kit.DataSheet, corrected: data_kit.DataSheet) -> Iterable[tuple[str, ...]]:
     """Figures of both readings, those of the corrected one by their names."""
     after = {label: (value, worst) for label, value, worst, _ in corrected.rows}
     for label, value, worst, _ in sheet.rows:

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from dehyst.data._loops import is_even as is_even
     from dehyst.data._loops import memory_lost as memory_lost
     from dehyst.data._loops import summarise_loops as summarise_loops
-    from dehyst.data._loops import taken_back as taken_back
     from dehyst.data._loops import turning_points as turning_points
     from dehyst.data._outliers import bridged as bridged
     from dehyst.data._outliers import find_outliers as find_outliers
@@ -37,7 +36,7 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_clipping": "about_clipping rests",
         "_loop_figures": "loops_of measure_loops",
         "_loop_numbers": "Loops MeasuredLoop",
-        "_loops": "gap_limit is_even memory_lost summarise_loops taken_back turning_points",
+        "_loops": "gap_limit is_even memory_lost summarise_loops turning_points",
         "_outliers": "bridged find_outliers",
         "_plotted": "Plotted",
         "_policy": "POLICY",

@@ -18,8 +18,8 @@ from dehyst.data._policy import POLICY
 from dehyst.data._ranges import range_over
 from dehyst.data._recording import Recording, require_recordings
 from dehyst.data._sensor_sheet import LINES, DataSheet, SheetFigure, with_its_unit
-from dehyst.data._sensor_strokes import Part, Stroke, paired, parts_of, read_at
-from dehyst.data._straight_lines import IDEAL, Line, best_line, terminal_line, zero_line
+from dehyst.data._sensor_strokes import SensorPart, Stroke, paired, read_at, sensor_parts
+from dehyst.data._straight_lines import IDEAL, StraightLine, best_line, terminal_line, zero_line
 from dehyst.errors import ExcitationError, ParameterError
 from dehyst.student import quantile
 
@@ -112,7 +112,7 @@ class _Measured:
     def __init__(self, records: Sequence[Recording], line: str) -> None:
         self.records = records
         self.line_name = line
-        self.parts = parts_of(records)
+        self.parts = sensor_parts(records)
         self.low, self.high = range_over([part.quantity for part in self.parts])
         self.span = self.high - self.low
         if not self.span > 0.0:
@@ -155,7 +155,7 @@ class _Measured:
         self.line = self._line_of(line, middle)
         self.effects = self._effects()
 
-    def _strokes(self) -> tuple[list[Stroke], list[tuple[int, int]], list[tuple[Part, Hold]]]:
+    def _strokes(self) -> tuple[list[Stroke], list[tuple[int, int]], list[tuple[SensorPart, Hold]]]:
         """Full strokes, the cycles as pairs of a rising and a falling one, and all holds."""
         bare: list[tuple[int, Stroke]] = []
         longest = (0.0, 0.0, 0.0)
@@ -223,7 +223,7 @@ class _Measured:
                 mean[row] = np.mean(self.curves[self.rising == rising], axis=0)
         return mean
 
-    def _line_of(self, name: str, middle: Array) -> Line:
+    def _line_of(self, name: str, middle: Array) -> StraightLine:
         lines = {"terminal": terminal_line, "best": best_line, "zero": zero_line}
         if name == "ideal":
             return IDEAL
@@ -345,7 +345,9 @@ class _Measured:
     def _percent(self, deviation: Array) -> Array:
         return np.asarray(100.0 * deviation / self.full_scale)
 
-    def _bend(self, line: Callable[[Array, Array], Line], signed: bool = False) -> SheetFigure:
+    def _bend(
+        self, line: Callable[[Array, Array], StraightLine], signed: bool = False
+    ) -> SheetFigure:
         """Largest deviation of the mean of both directions from its own line."""
 
         def profile(curves: Curves) -> Array:
@@ -445,11 +447,11 @@ class _Measured:
     def _least(self) -> float:
         return POLICY.creep_time * self.duration
 
-    def _seconds(self, part: Part, hold: Hold) -> float:
+    def _seconds(self, part: SensorPart, hold: Hold) -> float:
         return float(part.time[hold.end - 1] - part.time[hold.begin])
 
     def _creep(
-        self, holds: Sequence[tuple[Part, Hold]], drawn: list[tuple[float, float, float]]
+        self, holds: Sequence[tuple[SensorPart, Hold]], drawn: list[tuple[float, float, float]]
     ) -> SheetFigure:
         """Creep over the same time in the longest hold, and in those that are about as long."""
         longest = max(self._seconds(part, hold) for part, hold in holds)
@@ -515,7 +517,7 @@ class _Measured:
         estimate = LoopEstimate(slope.value, slope.value - reach, slope.value + reach, unit)
         return SheetFigure(estimate, count=count)
 
-    def _at_rest(self, part: Part) -> Array:
+    def _at_rest(self, part: SensorPart) -> Array:
         """Reading less what the quantity and other signals move it, (T,): what creeps is left. [%]"""
         share = (part.quantity - self.low) / (self.high - self.low)
         left = self._percent(part.reading - self.output * share)

@@ -13,7 +13,7 @@ from dehyst.arrays import Array
 from dehyst.data._loop_numbers import LoopEstimate, labelled
 from dehyst.data._plotted import Plotted
 from dehyst.data._policy import POLICY
-from dehyst.data._straight_lines import Line
+from dehyst.data._straight_lines import StraightLine
 
 # Names of the lines that deviations are measured from, and what they are.
 LINES = {
@@ -123,7 +123,7 @@ class DataSheet(Plotted):
 
     figures: Mapping[str, SheetFigure]
     line_name: str
-    line: Line
+    line: StraightLine
     places: Array
     rising: Array
     falling: Array

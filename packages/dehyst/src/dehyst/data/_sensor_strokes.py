@@ -20,7 +20,7 @@ NARROW = 0.1  # samples within this share of the reach make no line
 STEP_END = 0.2  # share of a step whose mean is its reading
 
 
-class Part(NamedTuple):
+class SensorPart(NamedTuple):
     """Samples that count and follow each other."""
 
     quantity: Array
@@ -29,7 +29,7 @@ class Part(NamedTuple):
     signals: Mapping[str, Array]  # such as the temperature
 
 
-class Samples(NamedTuple):
+class StrokeSamples(NamedTuple):
     """A stroke as it is read, sorted by the quantity, (n,) each."""
 
     quantity: Array
@@ -41,7 +41,7 @@ class Samples(NamedTuple):
 class Stroke:
     """A way over the whole range, in one direction."""
 
-    part: Part
+    part: SensorPart
     begin: int
     end: int  # behind the last sample
     rising: bool
@@ -63,22 +63,24 @@ class Stroke:
         time = self.part.time[self.begin : self.end]
         return float(time[within[-1]] - time[within[0]]) / 0.8
 
-    def samples(self, stepped: bool, near: float) -> Samples:
+    def samples(self, stepped: bool, near: float) -> StrokeSamples:
         """Quantity and reading along it, sorted by the quantity: at the ends of its steps if it has some."""
         if stepped:
             points = self._steps(0.5 * near)
             quantity = [float(np.mean(self.part.quantity[point])) for point in points]
             reading = [float(np.mean(self.part.reading[point])) for point in points]
-            unsorted = Samples(
+            unsorted = StrokeSamples(
                 np.array(quantity),
                 np.array(reading),
                 np.array([point.stop - 1 for point in points]),
             )
         else:
             places = self._moving(near)
-            unsorted = Samples(self.part.quantity[places], self.part.reading[places], places)
+            unsorted = StrokeSamples(self.part.quantity[places], self.part.reading[places], places)
         order = np.argsort(unsorted.quantity, kind="stable")
-        return Samples(unsorted.quantity[order], unsorted.reading[order], unsorted.places[order])
+        return StrokeSamples(
+            unsorted.quantity[order], unsorted.reading[order], unsorted.places[order]
+        )
 
     def _moving(self, near: float) -> npt.NDArray[np.int64]:
         """All samples between the rests at its ends, in which readings creep."""
@@ -131,7 +133,7 @@ def paired(strokes: Sequence[Stroke], rising: bool, span: float) -> list[tuple[i
     return pairs
 
 
-def parts_of(records: Sequence[Recording]) -> list[Part]:
+def sensor_parts(records: Sequence[Recording]) -> list[SensorPart]:
     """Samples that count, piece by piece."""
     parts = []
     for record in records:
@@ -145,11 +147,13 @@ def parts_of(records: Sequence[Recording]) -> list[Part]:
             if record.time is not None:
                 time = record.time[rows]
             signals = {name: values[rows] for name, values in record.schedules.items()}
-            parts.append(Part(record.output[rows], record.input[rows], time, signals))
+            parts.append(SensorPart(record.output[rows], record.input[rows], time, signals))
     return parts
 
 
-def read_at(samples: Samples, places: Array, reach: float, slope: float) -> tuple[Array, Array]:
+def read_at(
+    samples: StrokeSamples, places: Array, reach: float, slope: float
+) -> tuple[Array, Array]:
     """Readings of a stroke at places, and their standard errors, (m,) each.
 
     Read is a line through the samples near a place; between those beside it where none is near. What the samples

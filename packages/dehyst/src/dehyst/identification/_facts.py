@@ -52,7 +52,7 @@ class Branches:
 def branches(data: DataSet) -> tuple[Branches, ...]:
     """Fitted samples of each piece, told apart by turning points after swings of a twentieth of the range."""
     pieces = []
-    for piece, most in zip(data.pieces, shares(data), strict=True):
+    for piece, most in zip(data.pieces, _samples_of_pieces(data), strict=True):
         x = piece.x[: piece.split]
         points = turning_points(x, 0.1)
         rows = spread(first_branch(points), piece.split, most)
@@ -141,7 +141,7 @@ def motion(pieces: tuple[Branches, ...]) -> Motion:
     return Motion(100.0 * float(low), 100.0 * float(high), speeds, rests)
 
 
-def shares(data: DataSet) -> list[int]:
+def _samples_of_pieces(data: DataSet) -> list[int]:
     """How many samples of each piece stand for it."""
     fitted = sum(piece.split for piece in data.pieces)
     share = 1.0

@@ -71,7 +71,7 @@ class Interval:
         return np.maximum(self.high - self.value, self.value - self.low)
 
 
-class Band(NamedTuple):
+class LoopBand(NamedTuple):
     """Input, output of the model, and half the width of its interval, along the fitted rows, (K,) each."""
 
     inputs: Array
@@ -103,14 +103,14 @@ class Draws:
         return tuple(map(self.form.model, self.unknowns))
 
     @cached_property
-    def band(self) -> Band | None:
+    def band(self) -> LoopBand | None:
         """The 95 % interval of the output along the fitted rows; None where the rows are of the input."""
         form = self.form
         if form.inputs is None or form.outputs is None:
             return None
         moved = form.rows @ (self.unknowns - form.unknowns).T
         spread = np.sqrt(np.mean(moved**2, axis=1))
-        return Band(
+        return LoopBand(
             form.inputs, form.outputs, quantile(LEVEL, self.blocks - 1) * form.unit * spread
         )
 

@@ -329,7 +329,7 @@ class _Features(NamedTuple):
     lags: Array
 
 
-class _Span:
+class _MemorySpan:
     """Samples with continuous memory; those counted say what is left, the others where the input turned."""
 
     def __init__(
@@ -400,7 +400,7 @@ class _Span:
 
 def _spans(
     recordings: Sequence[Recording], predictions: Sequence[Array], masks: Sequence[Mask]
-) -> list[_Span]:
+) -> list[_MemorySpan]:
     low, high = range_over(inputs_of(recordings))
     timed = all_timed(recordings)
     spans = []
@@ -414,7 +414,7 @@ def _spans(
             if counted.size > 1:
                 x = recording.input[piece]
                 e = recording.output[piece] - f[piece]
-                spans.append(_Span(time[piece], x, f[piece], e, counted, high - low))
+                spans.append(_MemorySpan(time[piece], x, f[piece], e, counted, high - low))
     return spans
 
 
@@ -511,7 +511,7 @@ def _hats(values: Array, knots: Array) -> Array:
     return np.column_stack([np.interp(values, knots, unit) for unit in np.eye(knots.size)])
 
 
-def _noise(sampled: Sequence[tuple[_Span, Rows]]) -> tuple[float | None, str]:
+def _noise(sampled: Sequence[tuple[_MemorySpan, Rows]]) -> tuple[float | None, str]:
     """Noise of the output, and what tells it. [output]"""
     repeated = np.concatenate([span.repeats() for span, _ in sampled])
     if repeated.shape[0] >= FEWEST_PAIRS:
@@ -522,7 +522,7 @@ def _noise(sampled: Sequence[tuple[_Span, Rows]]) -> tuple[float | None, str]:
     return float(np.sqrt(np.mean(jumps**2) / np.sum(DIFFERENCE**2))), "differences"
 
 
-def _peak(spans: Sequence[_Span]) -> Peak | None:
+def _peak(spans: Sequence[_MemorySpan]) -> Peak | None:
     """Peak of the mean spectrum of segments of one length, tapered, or None."""
     # A spectrum needs samples in succession.
     whole = [span for span in spans if span.counted.size == span.counted[-1] - span.counted[0] + 1]

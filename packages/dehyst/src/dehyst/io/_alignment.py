@@ -103,7 +103,7 @@ def align(tx: Array, x: Array, ty: Array, y: Array) -> Alignment | None:
     """
     if min(tx.size, ty.size) < POLICY.aligned_from or np.ptp(x) == 0.0 or np.ptp(y) == 0.0:
         return None
-    problem = _Problem(tx, x, ty, y)
+    problem = _AlignedPair(tx, x, ty, y)
     starts: list[_Solution] = []
     for begin in problem.search():
         start = problem.at(begin, 0.0, ROUGH)
@@ -154,7 +154,7 @@ def _best(solutions: list[_Solution], apart: float) -> tuple[_Solution, list[flo
     return best, sorted(rivals, key=lambda begin: abs(begin - best.begin))
 
 
-class _Problem:
+class _AlignedPair:
     """Two signals, and what of the input may be in the output."""
 
     def __init__(self, tx: Array, x: Array, ty: Array, y: Array) -> None:

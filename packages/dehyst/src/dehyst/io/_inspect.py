@@ -259,7 +259,7 @@ def inspect_log(
     )
 
 
-class _Reading(NamedTuple):
+class _ReadablePair(NamedTuple):
     """What reading a pair of columns finds, whether it can be read, and what is read."""
 
     findings: tuple[Finding, ...]
@@ -267,7 +267,9 @@ class _Reading(NamedTuple):
     record: Recording | None = None
 
 
-def _readable(table: LogTable, proposal: Proposal, run: str | None) -> tuple[Proposal, _Reading]:
+def _readable(
+    table: LogTable, proposal: Proposal, run: str | None
+) -> tuple[Proposal, _ReadablePair]:
     """Return the proposal led by its best pair that can be read, and what reading it finds."""
     tried = []
     for pair in proposal.pairs[:TRIED]:
@@ -280,7 +282,7 @@ def _readable(table: LogTable, proposal: Proposal, run: str | None) -> tuple[Pro
     return proposal, tried[0]
 
 
-def _read(table: LogTable, x: str | None, y: str | None, run: str | None) -> _Reading:
+def _read(table: LogTable, x: str | None, y: str | None, run: str | None) -> _ReadablePair:
     """Read the guessed pair; without a pair, judge the clock."""
     findings = list(table.findings)
     for name, reason in table.refused.items():
@@ -289,7 +291,7 @@ def _read(table: LogTable, x: str | None, y: str | None, run: str | None) -> _Re
     if x is None or y is None:
         for name in clock_names(table)[:1]:
             findings += unit_finding(table, name, seconds(table, name)[0])
-        return _Reading(tuple(findings), True)
+        return _ReadablePair(tuple(findings), True)
     try:
         samples, _, _ = read_pair(table, context(table, (x, y), findings), None, run, WHOLE)
         record = Recording(
@@ -303,8 +305,8 @@ def _read(table: LogTable, x: str | None, y: str | None, run: str | None) -> _Re
     except DehystError as fault:
         # Cures on the way to an error cure nothing.
         refused = Finding("not-readable", f"reading '{x}' and '{y}' would end in an error: {fault}")
-        return _Reading((*table.findings, refused), False)
-    return _Reading(tuple(findings), True, record)
+        return _ReadablePair((*table.findings, refused), False)
+    return _ReadablePair(tuple(findings), True, record)
 
 
 def _summarise(

@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array, Rows
-from dehyst.data import gap_limit, is_even, taken_back, turning_points
+from dehyst.data import gap_limit, is_even, turning_points
+from dehyst.data import kit as data_kit
 from dehyst.errors import TimeError
 from dehyst.io._clean import Context, Samples
 from dehyst.io._policy import POLICY
@@ -249,7 +250,7 @@ def find_jumps(samples: Samples) -> Jumps:
     size = step[places - 1] - typical
     shift = np.zeros(places.size)
     signals = [_Signal.of(values, places) for values in samples.values]
-    for k, m in taken_back(places, size, t.size):
+    for k, m in data_kit.taken_back(places, size, t.size):
         if _go_on(signals, places[[k, m]]):
             shift[[k, m]] = size[k], -size[k]
     for k in np.flatnonzero(shift == 0.0).tolist():

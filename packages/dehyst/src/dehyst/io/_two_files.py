@@ -100,7 +100,7 @@ def two_places(logs: Sequence[PathLike]) -> tuple[SignalPlace, SignalPlace] | No
 
 
 @dataclass(frozen=True, eq=False)
-class _Signal:
+class _ClockedColumn:
     """A column of a file on its own clock."""
 
     table: LogTable
@@ -211,7 +211,7 @@ def read_two_files(
     window = parse_window(start, stop)
     tables = [read_table(input[0], sheet), read_table(output[0], sheet)]
     clocked = [bool(clock_names(join_dates(table))) for table in tables]
-    signals: list[_Signal] = []
+    signals: list[_ClockedColumn] = []
     for table, has_clock, column, role in zip(
         tables, clocked, (input[1], output[1]), ("input", "output"), strict=True
     ):
@@ -257,7 +257,9 @@ def read_two_files(
     )
 
 
-def _signal(table: LogTable, column: str, role: str, time: str | None, run: str | None) -> _Signal:
+def _signal(
+    table: LogTable, column: str, role: str, time: str | None, run: str | None
+) -> _ClockedColumn:
     """One column of a table, in seconds."""
     name = find_column(table, column, role)
     refuse_clock(table, name, role)
@@ -275,10 +277,10 @@ def _signal(table: LogTable, column: str, role: str, time: str | None, run: str 
         both = np.isfinite(samples.time)
         if both.any():
             origin = float(np.median(shifted.time[both] - samples.time[both]))
-    return _Signal(table, name, chosen, clock, samples, origin, absolute, about.findings)
+    return _ClockedColumn(table, name, chosen, clock, samples, origin, absolute, about.findings)
 
 
-def _stamps(signal: _Signal) -> Array:
+def _stamps(signal: _ClockedColumn) -> Array:
     """Stamps of a signal, in seconds."""
     time = signal.cleaned().time
     assert time is not None
@@ -286,7 +288,7 @@ def _stamps(signal: _Signal) -> Array:
 
 
 def _on_input_clock(
-    x: _Signal, y: _Signal, clocks: str, dt: float | None
+    x: _ClockedColumn, y: _ClockedColumn, clocks: str, dt: float | None
 ) -> tuple[Array | None, Alignment | None, list[Finding]]:
     """Stamps of the output in the input's clock, how they were found, and what is to be said of that."""
     tx, ty = x.samples.time, y.samples.time
@@ -317,7 +319,7 @@ def _on_input_clock(
     return stamps, alignment, findings
 
 
-def _refuse_without_clock(x: _Signal, y: _Signal, dt: float | None) -> None:
+def _refuse_without_clock(x: _ClockedColumn, y: _ClockedColumn, dt: float | None) -> None:
     """Refuse signals without stamps that are not row by row."""
     missing = [signal for signal in (x, y) if signal.samples.time is None]
     if not missing:
@@ -345,7 +347,7 @@ def _overlap(tx: Array, ty: Array) -> bool:
     return bool(common >= POLICY.least_overlap * shorter)
 
 
-def _refuse_apart(x: _Signal, y: _Signal, common: bool) -> None:
+def _refuse_apart(x: _ClockedColumn, y: _ClockedColumn, common: bool) -> None:
     """Refuse to keep stamps that have no common zero."""
     if common:
         return
@@ -357,7 +359,9 @@ def _refuse_apart(x: _Signal, y: _Signal, common: bool) -> None:
     )
 
 
-def _no_agreement(x: _Signal, y: _Signal, alignment: Alignment | None, common: bool) -> TimeError:
+def _no_agreement(
+    x: _ClockedColumn, y: _ClockedColumn, alignment: Alignment | None, common: bool
+) -> TimeError:
     """What is wrong where no offset makes the output follow the input."""
     sizes = f"{x.samples.rows.size} and {y.samples.rows.size} samples"
     result = f"they are too short to compare ({sizes})"
@@ -377,7 +381,7 @@ def _no_agreement(x: _Signal, y: _Signal, alignment: Alignment | None, common: b
     )
 
 
-def _aligned(x: _Signal, y: _Signal, alignment: Alignment, lead: float) -> Finding:
+def _aligned(x: _ClockedColumn, y: _ClockedColumn, alignment: Alignment, lead: float) -> Finding:
     """Say which offset and drift were taken out, and what they may be."""
     drift = f"no drift is seen (less than {1e6 * alignment.drift_doubt:.2g} ppm)"
     if alignment.drift:
@@ -397,7 +401,7 @@ def _aligned(x: _Signal, y: _Signal, alignment: Alignment, lead: float) -> Findi
     )
 
 
-def _alike(x: _Signal, y: _Signal, alignment: Alignment) -> Finding:
+def _alike(x: _ClockedColumn, y: _ClockedColumn, alignment: Alignment) -> Finding:
     """Say that another period would do as well."""
     assert alignment.rival is not None
     away = alignment.rival - alignment.begin
@@ -411,7 +415,7 @@ def _alike(x: _Signal, y: _Signal, alignment: Alignment) -> Finding:
 
 
 def _beside_stamps(
-    x: _Signal, y: _Signal, alignment: Alignment | None, shift: float
+    x: _ClockedColumn, y: _ClockedColumn, alignment: Alignment | None, shift: float
 ) -> list[Finding]:
     """What the shape says about stamps that were kept."""
     if alignment is None or alignment.explained < POLICY.least_explained:
@@ -433,7 +437,7 @@ def _beside_stamps(
     ]
 
 
-def _joint(x: _Signal, y: _Signal, stamps: Array | None) -> LogTable:
+def _joint(x: _ClockedColumn, y: _ClockedColumn, stamps: Array | None) -> LogTable:
     """Both signals as one table, each with its clock, both in the time of the input."""
     x_label, y_label = x.label, y.label
     names = unique_names([x_label[0], y_label[0], IN_CLOCK, OUT_CLOCK])

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from dehyst.report._drift import write_drift_report as write_drift_report
     from dehyst.report._fit import write_figures as write_figures
     from dehyst.report._fit import write_report as write_report
-    from dehyst.report._loops import write_loops as write_loops
     from dehyst.report._parts import Axes as Axes
     from dehyst.report._parts import Block as Block
     from dehyst.report._parts import Cell as Cell
@@ -39,7 +38,6 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_drawn": "as_html plot",
         "_drift": "write_drift_report",
         "_fit": "write_figures write_report",
-        "_loops": "write_loops",
         "_parts": "Axes Block Cell Draw Page PageFigure PageSection PageTable Panel Step Tile",
         "_svg": "require_picture_name",
         "_theme": "ThemeColour",

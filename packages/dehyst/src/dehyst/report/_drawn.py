@@ -8,7 +8,7 @@ from html import escape
 from typing import Any
 
 from dehyst.data import Loops, Recording
-from dehyst.data.kit import DataSheet
+from dehyst.data import kit as data_kit
 from dehyst.errors import ParameterError
 from dehyst.identification import Comparison, Fit
 from dehyst.monitoring import Drift
@@ -51,7 +51,7 @@ def _recording(rec: Recording) -> PageFigure:
 FIGURES: Mapping[type, Callable[[Any], PageFigure]] = {
     Recording: _recording,
     Loops: loops_figure,
-    DataSheet: sheet_figure,
+    data_kit.DataSheet: sheet_figure,
     Fit: loop_figure,
     Comparison: lambda comparison: comparison_figures(comparison)[0],
     Drift: lambda drift: drift_figures(drift)[0],

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.data.kit import DataSheet, label_of
+from dehyst.data import kit as data_kit
 from dehyst.report._drawing import DASHED, PanelLine, chart, double_arrow
 from dehyst.report._page import write_page
 from dehyst.report._parts import Axes, Page, PageFigure, PageSection, PageTable, Panel
@@ -23,7 +23,9 @@ ASIDE = 0.006  # of the range: arrows at one place stand beside each other
 
 
 def write_data_sheet(
-    sheet: DataSheet, path: str | os.PathLike[str], corrected: DataSheet | None = None
+    sheet: data_kit.DataSheet,
+    path: str | os.PathLike[str],
+    corrected: data_kit.DataSheet | None = None,
 ) -> Path:
     """Write the picture of a data sheet, ``.svg`` or ``.png``, or a page with its tables, ``.html``.
 
@@ -63,7 +65,7 @@ def write_data_sheet(
     return write_picture(figure, path, f"{SENSOR}{short(sheet.name, 60)}", headed=True)
 
 
-def sheet_figure(sheet: DataSheet) -> PageFigure:
+def sheet_figure(sheet: data_kit.DataSheet) -> PageFigure:
     """Return the deviation from the line over the quantity, both directions, with the figures in it."""
     lines = []
     rising, falling = sheet.deviation(sheet.mean)
@@ -101,7 +103,7 @@ def sheet_figure(sheet: DataSheet) -> PageFigure:
     return PageFigure("sensor", "Data sheet of the sensor", sheet.caption, (panel,), width=6.4)
 
 
-def _annotate(sheet: DataSheet, axes: Axes) -> None:
+def _annotate(sheet: data_kit.DataSheet, axes: Axes) -> None:
     """Draw the figures into the axes: each between what it is the difference of."""
     rising, falling = sheet.deviation(sheet.mean)
 
@@ -133,18 +135,22 @@ def _annotate(sheet: DataSheet, axes: Axes) -> None:
 
 
 def _arrow(
-    sheet: DataSheet, axes: Axes, name: str, ends: tuple[float, float], colour: ThemeColour
+    sheet: data_kit.DataSheet, axes: Axes, name: str, ends: tuple[float, float], colour: ThemeColour
 ) -> None:
     figure = sheet.figures[name]
     order = ("terminal", "hysteresis", "repeatability").index(name) - 1
     place = figure.place + order * ASIDE * (sheet.high - sheet.low)
     double_arrow(axes, (place, ends[0]), (place, ends[1]), colour)
-    words = f"{label_of(name).partition(',')[0]} {figure.value}".replace("+-", "±")
+    words = f"{data_kit.label_of(name).partition(',')[0]} {figure.value}".replace("+-", "±")
     _label(sheet, axes, words, (place, 0.5 * (ends[0] + ends[1])), colour)
 
 
 def _label(
-    sheet: DataSheet, axes: Axes, words: str, place: tuple[float, float], colour: ThemeColour
+    sheet: data_kit.DataSheet,
+    axes: Axes,
+    words: str,
+    place: tuple[float, float],
+    colour: ThemeColour,
 ) -> None:
     """Name beside a place, towards the middle of the axes."""
     shift, across = 6, "left"
@@ -164,7 +170,9 @@ def _label(
     )
 
 
-def _page(sheet: DataSheet, corrected: DataSheet | None, figure: PageFigure) -> Page:
+def _page(
+    sheet: data_kit.DataSheet, corrected: data_kit.DataSheet | None, figure: PageFigure
+) -> Page:
     tables = [_table(sheet)]
     if corrected is not None:
         tables.append(_table(corrected))
@@ -178,7 +186,7 @@ def _page(sheet: DataSheet, corrected: DataSheet | None, figure: PageFigure) -> 
     )
 
 
-def _table(sheet: DataSheet) -> PageTable:
+def _table(sheet: data_kit.DataSheet) -> PageTable:
     rows = []
     for label, value, worst, where in sheet.rows:
         rows.append((label, value.replace("+-", "±"), worst, where))

@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from dehyst.report._drawing import legend_label as legend_label
     from dehyst.report._drawing import logarithmic as logarithmic
     from dehyst.report._figures.operators import play_figure as play_figure
+    from dehyst.report._loops import write_loops as write_loops
     from dehyst.report._page import write_page as write_page
     from dehyst.report._parts import WIDTH as WIDTH
     from dehyst.report._parts import notes_section as notes_section
@@ -43,6 +44,7 @@ __getattr__, __dir__, __all__ = lazy_names(
     {
         "_drawing": "DASHED legend_label logarithmic",
         "_figures.operators": "play_figure",
+        "_loops": "write_loops",
         "_page": "write_page",
         "_parts": "WIDTH notes_section numbered tables_section warnings_section",
         "_pictures": "write_band write_excitation_figure",
