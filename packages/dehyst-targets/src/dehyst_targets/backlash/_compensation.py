@@ -59,6 +59,7 @@ class Compensation:
         errors = []
         for rising, measured in ((True, lost.rising), (False, lost.falling)):
             added = self.added(lost.nominal, rising=rising)
+            # The axis is sent to another place, and errs there as it was measured there.
             errors.append(added + np.interp(lost.nominal + added, lost.nominal, measured))
         shift = 0.5 * (errors[0][lost.reference] + errors[1][lost.reference])
         return errors[0] - shift, errors[1] - shift
@@ -77,8 +78,10 @@ def compensation_for(lost: LostMotion, *, one_number: bool) -> Compensation:
     [0.0199]
     """
     if one_number:
+        # Which side an axis is homed from is not known here, so that each side gets half.
         half = np.array([0.5 * lost.mean])
         return Compensation(np.zeros(1), half, -half)
     if not lost.is_significant:
+        # A table of chance would add errors that are not there.
         return Compensation(lost.nominal, -lost.middle, -lost.middle)
     return Compensation(lost.nominal, -lost.rising, -lost.falling)

@@ -171,6 +171,7 @@ def lost_motion(readings: AxisReadings) -> LostMotion:
     """
     findings = list(readings.findings)
     longest = readings
+    # A short approach may end before the play is crossed; the longest one shows all of it.
     if readings.approaches.size > 1:
         longest = readings.select(readings.approach == readings.approaches[-1])
     longest, one_sided = _two_sided(longest)
@@ -214,8 +215,10 @@ def _without_outliers(readings: AxisReadings) -> tuple[AxisReadings, list[Findin
     """Leave out readings that stand apart from the others of their group, one after the other."""
     findings: list[Finding] = []
     doubtful = np.zeros(readings.size, dtype=bool)
+    # One at a time: a wrong reading widens the spread, and hides the next one in it.
     while readings.freedom > POLICY.fewest_freedom:
         share = _deviation(readings)
+        # A pair that differs has been reported, and cannot be resolved.
         share[doubtful] = 0.0
         worst = int(np.argmax(np.abs(share)))
         limit = place_of_tail(0.5 * POLICY.chance / readings.size, readings.freedom - 1)
@@ -243,6 +246,7 @@ def _deviation(readings: AxisReadings) -> Array:
     independent = 1.0 - 1.0 / count
     square = np.divide(residual**2, independent, out=np.zeros_like(residual), where=count > 1)
     deleted = (np.sum(residual**2) - square) / (readings.freedom - 1)
+    # Readings that are all alike still differ by what their last digit hides.
     spread = np.sqrt(np.maximum(deleted, readings.rounding**2))
     deviation: Array = residual / (spread * np.sqrt(np.maximum(independent, 0.5)))
     return deviation
@@ -268,11 +272,13 @@ def _evaluated(readings: AxisReadings) -> LostMotion:
     mean_deviation = math.sqrt(variance.sum()) / nominal.size
     reference = int(np.argmin(np.abs(nominal)))
     middle = 0.5 * error.sum(axis=0)
+    # Homing decides where an axis begins to count, so that the reference point is taken for right.
     offset = float(middle[reference])
     pitch = np.delete(middle - offset, reference)
     pitch_deviation = 0.5 * np.sqrt(np.delete(variance, reference) + variance[reference])
     interval = place_of_tail(0.5 * POLICY.outside, freedom)
     mean_limit = place_of_tail(0.5 * POLICY.chance, freedom)
+    # So many points are tested at once that one of them would stand out by chance (Bonferroni).
     point_limit = place_of_tail(0.5 * POLICY.chance / nominal.size, freedom)
     is_mean_significant = bool(abs(lost.mean()) > mean_limit * mean_deviation)
     return LostMotion(
@@ -337,6 +343,7 @@ def _one_repeat(lost: LostMotion) -> Finding:
 def _drift(readings: AxisReadings) -> list[Finding]:
     """A straight line of all readings over their order, their own groups apart."""
     order = np.arange(readings.size, dtype=np.float64)
+    # Points differ in level; only what moves within a group is drift.
     order -= readings.group_mean(order)
     square = float(np.sum(order**2))
     freedom = readings.freedom - 1
@@ -375,6 +382,7 @@ def _shape(lost: LostMotion) -> list[Finding]:
     if lost.nominal.size < 3:
         return []
     findings = []
+    # A wrong number of steps per unit is a straight line over the whole axis.
     slope, level = np.polyfit(lost.nominal, lost.middle, 1)
     if lost.is_pitch_significant and abs(slope) > POLICY.scale:
         message = (
@@ -408,6 +416,7 @@ def _amplitude(readings: AxisReadings, shorter: float, lost: LostMotion) -> list
         after_short = _evaluated(_two_sided(part)[0])
     except RecordingError:
         return []
+    # Lost motion may change over the axis: only points that both have are compared.
     _, here, there = np.intersect1d(after_short.nominal, lost.nominal, return_indices=True)
     if not here.size:
         return []

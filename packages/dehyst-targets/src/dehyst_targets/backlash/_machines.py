@@ -240,6 +240,7 @@ def _read_linuxcnc(text: str, axis: str) -> Compensation:
     rows: list[list[float]] = []
     lines = text.splitlines()
     for count, line in enumerate(lines, start=1):
+        # LinuxCNC reads with sscanf: what follows the third number is ignored.
         cells = line.split()[:3]
         try:
             values = [float(cell) for cell in cells]
@@ -265,6 +266,7 @@ def _read_linuxcnc(text: str, axis: str) -> Compensation:
 
 
 def _grblhal_files(made: Compensation, unit: str, axis: str, smoothing: float) -> Files:
+    # The setting is the whole lost motion, of which `rising` holds one half.
     setting = BACKLASH_SETTING + GRBLHAL_AXES.index(axis)
     value = f"{2.0 * made.rising[0]:.{SETTING_DECIMALS}f}"
     return {f"{axis.lower()}.settings": f"${setting}={value}\n"}
@@ -287,6 +289,7 @@ def _read_grblhal(text: str, axis: str) -> Compensation:
 
 def _marlin_files(made: Compensation, unit: str, axis: str, smoothing: float) -> Files:
     value = f"{2.0 * made.rising[0]:.{M425_DECIMALS}f}"
+    # M425 takes the whole lost motion, of which `rising` holds one half.
     distances = ["0"] * len(MARLIN_AXES)
     distances[MARLIN_AXES.index(axis)] = value
     configuration = (

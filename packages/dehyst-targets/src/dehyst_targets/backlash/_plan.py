@@ -130,6 +130,7 @@ class MeasurementPlan:
             lines.append(f"; reading {count}: {reading.commanded:g} from {side}")
             for place in (reading.turn, reading.commanded):
                 lines.append(f"{dialect.prefix}G1 {axis}{number(place)} {rate}")
+            # Machines plan moves ahead: the rest must not begin before the axis stands.
             lines += [*dialect.settle, wait]
         return "\n".join([*lines, *dialect.ending]) + "\n"
 

@@ -278,6 +278,7 @@ def _lengths(
                 f"--unit {unit} contradicts the column '{name}', which is in {headed}. Leave --unit out, or head the "
                 f"column with its unit."
             )
+        # What heads a column was written by who measured it, and counts more than an option.
         units.append(headed or unit or "")
     if not any(units):
         units = ["mm", "mm"]
@@ -365,6 +366,7 @@ def _stops(
     values, rising = [], []
     for k in chosen:
         middle = (begins[k] + ends[k]) // 2
+        # In the first half the axis is still settling.
         values.append(float(np.median(y[middle : ends[k]])))
         rising.append(bool(x[begins[k]] > x[begins[k] - 1]))
     return x[begins[chosen]], np.array(values), np.array(rising, dtype=bool), rows[begins[chosen]]
@@ -413,6 +415,7 @@ def _rounding(y: Array, table: LogTable, name: str, unit: str) -> float:
     values = table.columns[name]
     finite = values[np.isfinite(values)]
     decimals = 0
+    # A decimal number that was read differs from its digits by the rounding of doubles alone.
     while decimals < MOST_DECIMALS and np.any(
         np.abs(finite - np.round(finite, decimals)) > 1e-12 * np.abs(finite).max(initial=1.0)
     ):
