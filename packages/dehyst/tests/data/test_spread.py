@@ -261,3 +261,12 @@ def test_folds_in_one_piece_are_fifths_of_the_way_one_after_the_other():
 def test_a_score_is_the_geometric_mean_of_both_means_and_folds_without_rows_do_not_count():
     errors = np.array([1.0, 3.0, 2.0, 2.0, np.nan, 8.0, 8.0, np.nan, 8.0, 8.0])
     assert kit.score_of(errors) == pytest.approx(4.0)
+
+
+@pytest.mark.filterwarnings("error")
+def test_without_a_fold_of_a_kind_there_is_no_score_and_no_warning_of_numpy():
+    folds = np.full(10, np.nan)
+    folds[5:] = 2.0
+    assert np.isnan(kit.score_of(folds))
+    folds[3] = 8.0
+    assert kit.score_of(folds) == pytest.approx(4.0)

@@ -155,7 +155,14 @@ def score_of(errors: Array) -> float:
     >>> round(score_of(np.array([1.0, 1.0, 1.0, 1.0, 1.0, 4.0, 4.0, 4.0, 4.0, 4.0])), 9)
     2.0
     """
-    return float(np.sqrt(np.nanmean(errors[:FOLDS]) * np.nanmean(errors[FOLDS:])))
+    means = []
+    for part in (errors[:FOLDS], errors[FOLDS:]):
+        scored = part[~np.isnan(part)]
+        # A log so short that no fold of a kind has a row has no score.
+        if not scored.size:
+            return float("nan")
+        means.append(scored.mean())
+    return float(np.sqrt(means[0] * means[1]))
 
 
 def _moves(signals: Sequence[Array]) -> list[Array]:
