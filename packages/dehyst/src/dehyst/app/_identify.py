@@ -400,4 +400,6 @@ def _next(fit: Fit, saved: Path | None, cost: StepCost | None = None) -> str:
         real = cost.real if cost.real != "double" else None
         return command("export", saved, target="c", period=cost.period, real=real, out="unit")
     options = {"output": rec.output_name, "out": "compensated.csv", **needs}
+    if fit.model.winged:
+        options["wing"] = "upper"
     return command("compensate", saved, "REFERENCE.csv", **options)

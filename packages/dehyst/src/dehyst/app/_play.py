@@ -70,6 +70,8 @@ def run_compensate(request: CompensateRequest) -> None:
     y, findings = models_kit.in_units_of(
         model.card.output, signal.values, signal.unit, f"'{signal.name}'"
     )
+    if request.wing is not None:
+        model = model.wing(request.wing, y)
     findings += outside(y, model.card.output, "reference", "the inverse extrapolates there")
     findings += models_kit.faster_than_log(
         model, model.card.output, "the reference", [(signal.time, y)]
