@@ -79,8 +79,8 @@ class Branch:
         return self._fitted(distance, v, reach, 2), slope
 
     def turn(self, sign: float) -> ReadValue:
-        """Read u where sign v is least: the vertex of a parabola over a tenth of the way to either side."""
-        reach = POLICY.turn_reach * self.span
+        """Read u where sign v is least: the vertex of a parabola over a twentieth of the way to either side."""
+        reach = 0.5 * POLICY.turn_reach * self.span
         distance = (self.u - self.u[int(np.argmin(sign * self.v))]) / reach
         near = np.abs(distance) <= 1.0
         if np.count_nonzero(near) < POLICY.reading_samples:
@@ -155,10 +155,10 @@ class ClosedPath:
         coarse = (area - _enclosed(x[::2], y[::2])) / 3.0
         return ReadValue(area, float(np.hypot(noise, coarse)))
 
-    def openings(self) -> Array:
-        """Mean distance of the falling branch above the rising one in cells along the input, (24,)."""
+    def openings(self, ends: float = ENDS) -> Array:
+        """Mean distance of the falling branch above the rising one in cells along the input but for its ends, (24,)."""
         low, high = float(np.min(self.x)), float(np.max(self.x))
-        ends = ENDS * (high - low)
+        ends *= high - low
         edges = np.linspace(low + ends, high - ends, CELLS + 1)
         x, y = _split_at(edges, np.append(self.x, self.x[0]), np.append(self.y, self.y[0]))
         step = np.diff(x)

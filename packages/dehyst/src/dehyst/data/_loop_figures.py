@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dehyst.arrays import Array, Mask
-from dehyst.data._closed_path import ENDS, UNREAD, Branch, ClosedPath, ReadValue
+from dehyst.data._closed_path import UNREAD, Branch, ClosedPath, ReadValue
 from dehyst.data._cycles import LoopPath, half_loop, loop_paths, values_at
 from dehyst.data._loop_numbers import NUMBERS, LoopEstimate, Loops, MeasuredLoop
 from dehyst.data._loops import turning_points
@@ -218,9 +218,9 @@ class _Measures:
         if orientation == "mixed" and path.bend:
             orientation = "butterfly"
             readings |= _at_turns(path)
-            cell = self.factor * (1.0 - 2.0 * ENDS) * float(np.ptp(x)) / openings.size
-            lags, leads = np.maximum(openings, 0.0), np.maximum(-openings, 0.0)
-            wings = (cell * float(np.sum(lags)), cell * float(np.sum(leads)))
+            heights = self.factor * float(np.ptp(x)) * path.openings(ends=0.0)
+            lags, leads = np.maximum(heights, 0.0), np.maximum(-heights, 0.0)
+            wings = (float(np.mean(lags)), float(np.mean(leads)))
         gap = 100.0 * float(y[-1] - y[0]) / self.output_range
         noise = 100.0 * math.sqrt(2.0) * path.noise[1] / self.output_range
         jump = 100.0 * _jump(x, y) / self.output_range

@@ -280,10 +280,9 @@ class Loops(Plotted):
         if self.orientation != "butterfly" or not wings:
             return ""
         lags, leads = (sum(areas) / len(wings) for areas in zip(*wings, strict=True))
-        area = f"{self.area_word} {self.units['work']}".rstrip()
         return (
-            f"the loop crosses itself: its {area} is that of the counter-clockwise wing, {lags:.3g}, less that of the "
-            f"clockwise one, {leads:.3g}"
+            f"the loop crosses itself: its {self.area_word} is that of the counter-clockwise wing, {lags:.3g}, less "
+            f"that of the clockwise one, {leads:.3g}"
         )
 
     @property

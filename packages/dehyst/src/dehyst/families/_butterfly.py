@@ -132,12 +132,12 @@ def butterfly_in(signals: Sequence[tuple[Array, Array]]) -> Butterfly | None:
 
 
 def _turn(profile: Array) -> int | None:
-    """Return where a profile is lowest, if it stands far above that on either side."""
+    """Return where a profile is lowest, if it is far above that at both ends, and nowhere far above both."""
     if profile.size < 3:
         return None
-    lowest = int(np.argmin(profile))
-    depth = min(profile[: lowest + 1].max(), profile[lowest:].max()) - profile[lowest]
-    return lowest if depth >= POLICY.butterfly_depth else None
+    ends = profile[0], profile[-1]
+    depth, height = min(ends) - profile.min(), profile.max() - max(ends)
+    return int(np.argmin(profile)) if depth >= POLICY.butterfly_depth > height else None
 
 
 @dataclass(frozen=True, eq=False)

@@ -296,6 +296,8 @@ class ElementModel(LoopModel):
         ramp: int,
         period: float | None,
     ) -> models_kit.Machine:
+        if self.no_export:
+            raise ParameterError(self.no_export)
         return element_machine(self, direction, range, ramp, period)
 
     @property
@@ -446,7 +448,7 @@ class ElementModel(LoopModel):
         if self.turn:
             turn = self.after_map[1][self.turn]
             bottom = float(self.scaling.outward(np.array(turn)))
-            line = command("compensate", None, "REFERENCE.csv", wing="upper")
+            line = command("compensate", "model.json", "REFERENCE.csv", wing="upper")
             return (
                 f"the output turns at {bottom:.4g} {self.card.output.unit}".rstrip()
                 + f", so that two inputs give one output. A wing has one: {line} or --wing lower, in Python "
