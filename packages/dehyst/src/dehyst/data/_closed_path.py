@@ -79,12 +79,19 @@ class Branch:
         return self._fitted(distance, v, reach, 2), slope
 
     def turn(self, sign: float) -> ReadValue:
-        """Read u where sign v is least: the vertex of a parabola over a twentieth of the way to either side."""
-        reach = 0.5 * POLICY.turn_reach * self.span
-        distance = (self.u - self.u[int(np.argmin(sign * self.v))]) / reach
-        near = np.abs(distance) <= 1.0
-        if np.count_nonzero(near) < POLICY.reading_samples:
+        """Read u where sign v is least: the vertex of a parabola over a twentieth of the way to either side.
+
+        Of few samples it takes the nearest ones, as far as a tenth of the way.
+        """
+        lowest = float(self.u[int(np.argmin(sign * self.v))])
+        away = np.abs(self.u - lowest) / (POLICY.turn_reach * self.span)
+        enough = min(POLICY.reading_samples, away.size) - 1
+        share = max(0.5, float(np.partition(away, enough)[enough]))
+        if share > 1.0:
             return UNREAD
+        reach = share * POLICY.turn_reach * self.span
+        distance = (self.u - lowest) / reach
+        near = np.abs(distance) <= 1.0
         basis = np.vander(distance[near], 3, increasing=True)
         solved = np.linalg.lstsq(basis, self.v[near], rcond=None)[0]
         bend = 2.0 * float(solved[2])
@@ -93,7 +100,7 @@ class Branch:
         covariance = self.noise[1] ** 2 * np.linalg.pinv(basis.T @ basis)
         error = reach * float(np.sqrt(covariance[1, 1])) / abs(bend)
         vertex = float(np.clip(-float(solved[1]) / bend, -1.0, 1.0))
-        return ReadValue(float(self.u[int(np.argmin(sign * self.v))]) + reach * vertex, error)
+        return ReadValue(lowest + reach * vertex, error)
 
     def _fitted(self, distance: Array, v: Array, reach: float, degree: int) -> ReadValue:
         basis = np.vander(distance, degree + 1, increasing=True)

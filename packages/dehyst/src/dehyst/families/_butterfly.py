@@ -21,9 +21,8 @@ Levenberg); the first z is that of the one play which explains most. On one wing
 `ElementModel.wing` is an ordinary sum with an exact inverse.
 
 Sources: electrostriction S = Q P^2, e.g. Damjanovic 2006, in The Science of Hysteresis 3; magnetostriction as a square
-of the magnetisation, Jiles 1995; an even map behind a Preisach operator for butterfly loops, Jayawardhana, Vasquez
-Beltran, van de Beek, de Jonge, Acuautla, Damerio, Peletier, Noheda, Rijnders, van der Schaft 2018 (CDC) treat such
-loops as Preisach operators of their own. Structure: high confidence.
+of the magnetisation, e.g. Jiles 1995, J. Phys. D 28. The map behind plays and its fit are this project's
+(docs/decisions/0072-butterfly-loops.md). Structure: high confidence.
 
 Cannot show
 -----------
@@ -348,7 +347,7 @@ def _sample() -> ElementModel:
 
 FAMILY = Family(
     name="butterfly",
-    title="butterfly, a map that turns behind plays",
+    title="map that turns behind plays",
     model=ElementModel,
     fit=fit_butterfly,
     convex=False,
