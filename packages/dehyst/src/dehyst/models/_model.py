@@ -144,6 +144,11 @@ class Model(ABC):
         return tuple(card.name for card in self.context)
 
     @property
+    def wing_to_type(self) -> dict[str, str]:
+        """The option of `dehyst compensate` that a butterfly needs, as `command` takes it; {} for other models."""
+        return {"wing": "upper"} if self.winged else {}
+
+    @property
     def no_inverse(self) -> str:
         """Why there is no inverse, in one sentence; empty if there is one."""
         return _fault_of(self.inverse)
