@@ -245,6 +245,18 @@ def test_the_actuator_of_the_examples_follows_on_one_wing(tmp_path, run, monkeyp
     line = ("compensate", "m.json", "wanted.csv", "--start", "falling", "--out", "c.csv")
     assert run(*line, "--wing", "upper")[0] == 0
     demand = np.genfromtxt("c.csv", delimiter=",", names=True)["compensated_field_kVmm"]
+    # The same from a log of the poling, in place of its name.
     poling = 2.0 * np.sin(np.linspace(0.0, 2.5 * np.pi, 300))
+    came = np.append(poling, np.linspace(2.0, demand[0], 30))
+    before = {
+        "time [s]": time[:330],
+        "field [kV/mm]": came,
+        "strain [%]": rig["ferroelectric"](came),
+    }
+    write_csv("before.csv", before)
+    line = ("compensate", "m.json", "wanted.csv", "--after", "before.csv", "--out", "d.csv")
+    assert run(*line, "--wing", "upper")[0] == 0
+    same = np.genfromtxt("d.csv", delimiter=",", names=True)["compensated_field_kVmm"]
+    assert np.max(np.abs(same - demand)) < 0.1
     strain = rig["ferroelectric"](np.concatenate([poling, demand]))[300:]
     assert np.sqrt(np.mean((strain - wanted) ** 2)) < 0.03 * np.ptp(rig["ferroelectric"](field))
