@@ -1,10 +1,9 @@
 """A stand-in for an actuator with a butterfly loop: writes a log of field and strain.
 
-    python examples/simulators/butterfly.py log.csv [--rod]
-    python examples/simulators/butterfly.py answer.csv --apply compensated.csv   # what it does with computed fields
+    python examples/simulators/butterfly.py log.csv [--rod] [--apply compensated.csv]
 
 A ferroelectric is a crowd of relays (Preisach), S = Q P^2 + d P. A magnetostrictive rod follows Jiles and Atherton,
-S = a M^2 - b M^4. Before `--apply` the field goes over its range and comes down from the top: the actuator is poled.
+S = a M^2 - b M^4. `--apply` gives it computed fields, after one cycle over the whole range that ends at the top.
 """
 
 import argparse
@@ -13,8 +12,7 @@ import numpy as np
 
 from dehyst.io import read_signal, write_csv
 
-STEP = 0.01  # s
-TOP = 2.0  # kV/mm
+STEP, TOP = 0.01, 2.0  # s, kV/mm
 
 
 def drive(seconds=32.0):
@@ -31,8 +29,7 @@ def ferroelectric(field, coercive=0.8, spread=0.25, imprint=0.0, linear=0.08):
     random = np.random.default_rng(7)
     half = np.abs(random.normal(coercive, spread, 4000))
     middle = random.normal(imprint, 0.2, half.size)
-    state = -np.ones(half.size)
-    polarisation = np.empty(field.size)
+    state, polarisation = -np.ones(half.size), np.empty(field.size)
     for k, value in enumerate(field.tolist()):
         state[value >= middle + half], state[value <= middle - half] = 1.0, -1.0
         polarisation[k] = state.mean() + 0.06 * value
@@ -49,9 +46,9 @@ def rod(field, bias=0.2, shape=0.24, pinning=0.5, coupling=0.1, reversible=0.15)
             h += change
             x = (h + coupling * total) / shape
             anhysteretic = x / 3.0 if abs(x) < 1e-3 else 1.0 / np.tanh(x) - 1.0 / x
-            gap, way = anhysteretic - irreversible, np.sign(change)
-            if gap * way > 0.0:
-                irreversible += change * gap / (way * pinning - coupling * gap)
+            gap = anhysteretic - irreversible
+            if gap * change > 0.0:
+                irreversible += abs(change) * abs(gap) / (pinning - coupling * abs(gap)) * np.sign(gap)
             total = reversible * anhysteretic + (1.0 - reversible) * irreversible
         strain[k] = 0.1 * (total**2 - 0.15 * total**4)
     return strain
@@ -64,12 +61,10 @@ def main():
     parser.add_argument("--rod", action="store_true", help="a magnetostrictive rod")
     parser.add_argument("--apply", metavar="FIELDS", help="log with the field to apply")
     options = parser.parse_args()
-    time, field = drive()
-    poling = np.zeros(0)
+    (time, field), poling = drive(), np.zeros(0)
     if options.apply:
         signal = read_signal(options.apply, "compensated_field")
-        time, field = signal.time, signal.values
-        poling = TOP * np.sin(np.linspace(0.0, 2.5 * np.pi, 300))
+        time, field, poling = signal.time, signal.values, TOP * np.sin(np.linspace(0.0, 2.5 * np.pi, 300))
     strain = (rod if options.rod else ferroelectric)(np.append(poling, field))[poling.size :]
     strain += np.random.default_rng(1).normal(0.0, 0.003 * np.ptp(strain), strain.size)
     write_csv(options.log, {"time [s]": time, "field [kV/mm]": field, "strain [%]": strain})
