@@ -37,6 +37,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from dehyst.arrays import Array, rank
 from dehyst.data import kit as data_kit
@@ -58,7 +59,9 @@ THINNED = 20_000  # samples that the plays see
 ROUNDS = 25  # steps of the search
 NO_GAIN = 1e-4  # of the squared error, by which the last step must lower it
 DAMPING, TRIES = 1e-2, 6
-SMOOTH_MAP, SMOOTH_WEIGHTS, RIDGE = 0.05, 3e-3, 1e-3  # as shares of the scaled signals
+BEND, RIDGE = 0.05, 1e-3  # what a bend of the map, and a weight, count beside the error
+KNOTS = np.linspace(-1.0, 1.0, PIECES + 1)
+SMOOTH = BEND * np.diff(np.eye(PIECES + 1), 2, axis=0)
 FLATTEST = 1e-3  # slope of a wing, scaled: the inverse of what is flatter would only answer noise
 
 
@@ -153,71 +156,65 @@ class _Search:
         """Lower bounds of the weights: after a reversal z must not stand still."""
         return np.where(self.columns.group == "x", LEAST, 0.0)
 
-    def map_of(self, z: Array, knots: Array) -> tuple[Array, float]:
-        """Return the smooth map (n,) over knots that fits the outputs best, and the squared error that it leaves."""
-        rows = np.vstack([self.root[:, None] * _hats(z, knots), self.smooth(knots)])
-        target = np.concatenate([self.root * self.y, np.zeros(len(rows) - z.size)])
+    @property
+    def unit(self) -> float:
+        """What makes a share of the scaled signals as heavy as all rows."""
+        return float(np.linalg.norm(self.root))
+
+    def map_of(self, z: Array) -> tuple[Array, float]:
+        """Return the smooth map over `KNOTS` that fits the outputs best, and the squared error that it leaves."""
+        rows = np.vstack([self.root[:, None] * _hats(z), self.unit * SMOOTH])
+        target = np.concatenate([self.root * self.y, np.zeros(len(SMOOTH))])
         g = np.linalg.lstsq(rows, target, rcond=None)[0]
         return g, float(np.sum((target - rows @ g) ** 2))
 
-    def smooth(self, knots: Array) -> Array:
-        """Rows that keep a map smooth, also where no sample lies."""
-        bends = np.diff(np.eye(knots.size), 2, axis=0)
-        return SMOOTH_MAP * float(np.linalg.norm(self.root)) * bends
-
-    def refined(self, weight: Array) -> tuple[Array, float, float]:
-        """Return better weights and offset of z, and the squared error that is left."""
-        knots = np.linspace(-1.0, 1.0, PIECES + 1)
-        size = weight.size + 1
-        unit = float(np.linalg.norm(self.root))
-        neighbours = self.columns.neighbours
-        chained = np.zeros((len(neighbours), size))
-        pair = np.arange(len(neighbours))
-        chained[pair, 1 + neighbours[:, 0]], chained[pair, 1 + neighbours[:, 1]] = 1.0, -1.0
-        firm = unit * np.vstack([SMOOTH_WEIGHTS * chained, RIDGE * np.eye(size)[1:]])
-        smooth = self.smooth(knots)
+    def refined(self, weight: Array) -> tuple[Array, float]:
+        """Return better weights, and the offset, of z."""
         weight, offset = self._scaled(weight, 0.0)
-        g, least = self.map_of(self.values @ weight + offset, knots)
-        least += float(np.sum((firm[:, 1:] @ weight) ** 2))
+        g, least = self._cost(weight, offset)
         damping = DAMPING
         for _ in range(ROUNDS):
-            z = self.values @ weight + offset
-            piece = np.clip(np.searchsorted(knots, z, side="right") - 1, 0, PIECES - 1)
-            slope = self.root * (np.diff(g) / np.diff(knots))[piece]
-            hats = self.root[:, None] * _hats(z, knots)
-            moves = np.column_stack([slope, slope[:, None] * self.values])
-            error = least
             for _ in range(TRIES):
-                held = np.sqrt(damping) * unit * np.eye(size)
-                rows = np.block(
-                    [
-                        [hats, moves],
-                        [smooth, np.zeros((len(smooth), size))],
-                        [np.zeros((len(firm), knots.size)), firm],
-                        [np.zeros((size, knots.size)), held],
-                    ]
-                )
-                target = np.zeros(len(rows))
-                target[: z.size] = self.root * self.y
-                # The unknowns are the map itself, and what offset and weights change by.
-                target[z.size + len(smooth) :][: len(firm)] = -firm[:, 1:] @ weight
-                step = solve_bounded(
-                    np.column_stack([rows, target]), knots.size + 1, self.least - weight
-                )
-                moved = self._scaled(weight + step.bounded, offset + float(step.free[-1]))
-                new_g, error = self.map_of(self.values @ moved[0] + moved[1], knots)
-                error += float(np.sum((firm[:, 1:] @ moved[0]) ** 2))
+                moved = self._step(weight, offset, g, damping)
+                moved_g, error = self._cost(*moved)
                 if error < least:
                     break
                 damping *= 8.0
-            if not error < least:
+            else:
                 break
             gain = 1.0 - error / least
-            (weight, offset), g, least = moved, new_g, error
+            (weight, offset), g, least = moved, moved_g, error
             damping /= 8.0
             if gain < NO_GAIN:
                 break
-        return weight, offset, least
+        return weight, offset
+
+    def _cost(self, weight: Array, offset: float) -> tuple[Array, float]:
+        """Return the map behind a z, and what is to be least."""
+        g, error = self.map_of(self.values @ weight + offset)
+        return g, error + (RIDGE * self.unit) ** 2 * float(weight @ weight)
+
+    def _step(self, weight: Array, offset: float, g: Array, damping: float) -> tuple[Array, float]:
+        """Return weights and offset after a step; the program is linear in the map and in what these change by."""
+        z = self.values @ weight + offset
+        slope = self.root * (np.diff(g) / np.diff(KNOTS))[_piece(z)]
+        size = weight.size
+        of_map, of_weights = np.zeros((size, KNOTS.size + 1)), self.unit * np.eye(size)
+        rows = np.vstack(
+            [
+                np.column_stack(
+                    [self.root[:, None] * _hats(z), slope, slope[:, None] * self.values]
+                ),
+                np.column_stack([self.unit * SMOOTH, np.zeros((len(SMOOTH), 1 + size))]),
+                np.column_stack([of_map, RIDGE * of_weights]),
+                np.column_stack([of_map, np.sqrt(damping) * of_weights]),
+            ]
+        )
+        firm = -RIDGE * self.unit * weight
+        target = [self.root * self.y, np.zeros(len(SMOOTH)), firm, np.zeros(size)]
+        system = np.column_stack([rows, np.concatenate(target)])
+        step = solve_bounded(system, KNOTS.size + 1, self.least - weight)
+        return self._scaled(weight + step.bounded, offset + float(step.free[-1]))
 
     def _scaled(self, weight: Array, offset: float) -> tuple[Array, float]:
         """Return weights and offset such that z goes from -1 to 1."""
@@ -228,12 +225,17 @@ class _Search:
         return weight, -0.5 * float(z.max() + z.min())
 
 
-def _hats(z: Array, knots: Array) -> Array:
-    """Return the share (K, n) that each value of a piecewise linear map has; its ends go straight on."""
-    piece = np.clip(np.searchsorted(knots, z, side="right") - 1, 0, knots.size - 2)
-    share = (z - knots[piece]) / np.diff(knots)[piece]
+def _piece(z: Array) -> npt.NDArray[np.int64]:
+    """Return the piece of a map in which each value lies; the outer ones have no end."""
+    return np.clip(np.searchsorted(KNOTS, z, side="right") - 1, 0, PIECES - 1)
+
+
+def _hats(z: Array) -> Array:
+    """Return the share (K, n) that each value of a map over `KNOTS` has; its ends go straight on."""
+    piece = _piece(z)
+    share = (z - KNOTS[piece]) / np.diff(KNOTS)[piece]
     rows = np.arange(z.size)
-    hats = np.zeros((z.size, knots.size))
+    hats = np.zeros((z.size, KNOTS.size))
     hats[rows, piece], hats[rows, piece + 1] = 1.0 - share, share
     return hats
 
@@ -258,7 +260,7 @@ def fit_butterfly(training: Training) -> ElementModel:
     search = _search_of(thin, ("lag",), start)
     first = np.column_stack([np.ones(play.size), search.values, play])
     begin = solve_bounded(first, 1, search.least).bounded
-    weight, offset, _ = search.refined(begin)
+    weight, offset = search.refined(begin)
     z = search.values @ weight + offset
     knots, g = _folded(search, z, seen.valley)
     return ElementModel(
@@ -282,7 +284,6 @@ def _search_of(training: Training, groups: tuple[str, ...], start: str) -> _Sear
 
 def _first_play(training: Training) -> tuple[str, Array]:
     """Return the start state, and along the rows the one play, of which a map explains most."""
-    knots = np.linspace(-1.0, 1.0, PIECES + 1)
     best: tuple[float, str, Array] = (float("inf"), "", np.zeros(0))
     for start in STARTS["forward"]:
         plays = _search_of(training, ("play",), start)
@@ -292,7 +293,7 @@ def _first_play(training: Training) -> tuple[str, Array]:
             if not np.ptp(z) > LEAST:
                 continue
             z = 2.0 * (z - z.min()) / np.ptp(z) - 1.0
-            errors.append((rank(plays.map_of(z, knots)[1]), play))
+            errors.append((rank(plays.map_of(z)[1]), play))
         error, play = min(errors)
         if error < POLICY.better_start**2 * best[0]:
             best = (error, start, plays.values[:, play])
@@ -301,9 +302,8 @@ def _first_play(training: Training) -> tuple[str, Array]:
 
 def _folded(search: _Search, z: Array, valley: bool) -> tuple[Array, Array]:
     """Return knots and values of the map that falls on one side of its turn, and rises on the other."""
-    knots = np.linspace(-1.0, 1.0, PIECES + 1)
     sign = 1.0 if valley else -1.0
-    g = sign * search.map_of(z, knots)[0]
+    g = sign * search.map_of(z)[0]
     width = 2.0 / PIECES
     lowest = int(np.clip(np.argmin(g), 1, PIECES - 1))
     # The turn of the parabola through the lowest point and its neighbours, where a knot has to stand.
@@ -311,7 +311,7 @@ def _folded(search: _Search, z: Array, valley: bool) -> tuple[Array, Array]:
     shift = 0.0
     if bend > 0.0:
         shift = 0.5 * float(np.clip((g[lowest - 1] - g[lowest + 1]) / bend, -1.0, 1.0))
-    turn = knots[lowest] + width * shift
+    turn = KNOTS[lowest] + width * shift
     knots = turn + width * np.arange(-lowest, PIECES - lowest + 1)
     edges = np.concatenate([[-np.inf], knots[1:-1], [np.inf]])
     ramps = []
@@ -319,8 +319,7 @@ def _folded(search: _Search, z: Array, valley: bool) -> tuple[Array, Array]:
         ramps.append(np.abs(np.clip(z, low, high) - np.clip(turn, low, high)))
     hats = search.root[:, None] * np.column_stack([np.ones(z.size), *ramps])
     bends = np.zeros((PIECES - 1, PIECES + 1))
-    bends[:, 1:] = SMOOTH_MAP * float(np.linalg.norm(search.root)) * np.diff(np.eye(PIECES), axis=0)
-    bends *= width
+    bends[:, 1:] = BEND * search.unit * width * np.diff(np.eye(PIECES), axis=0)
     # At the turn the slope changes its sign.
     bends[lowest - 1] = 0.0
     rows = np.vstack([hats, bends])
