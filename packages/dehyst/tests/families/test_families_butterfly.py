@@ -15,6 +15,9 @@ from dehyst.families import example
 from dehyst.families.kit import ElementModel, butterfly_in
 from dehyst.findings import Grade
 from dehyst.io import write_csv
+from generated_logs import generated
+from peculiar_logs import KINDS
+from peculiar_logs import logs as peculiar
 from places import ROOT
 
 WINGS = ("upper", "lower")
@@ -48,6 +51,7 @@ def fitted():
     return dehyst.identify(butterfly_log(lambda z: z**2 + 0.1 * z))
 
 
+@pytest.mark.slow
 def test_auto_takes_a_butterfly_and_says_so(fitted):
     assert fitted.family == "butterfly" and fitted.grade == Grade.CARE
     codes = [finding.code for finding in fitted.warnings]
@@ -90,7 +94,7 @@ def test_behind_an_even_map_a_mirrored_field_gives_the_same_output():
     np.testing.assert_allclose(model.simulate(-x), model.simulate(x), rtol=0.0, atol=1e-15)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(
     st.sampled_from(WINGS),
     st.sampled_from([1.0, -1.0]),
@@ -116,6 +120,7 @@ def test_beyond_the_turn_the_inverse_holds_the_input_of_the_turn(side):
     np.testing.assert_allclose(beyond, at, rtol=0.0, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_a_wing_refuses_outputs_beyond_its_turn_with_the_numbers(fitted):
     wing = fitted.model.wing("upper")
     low, high = wing.card.output.low, wing.card.output.high
@@ -133,6 +138,7 @@ def test_a_wing_refuses_outputs_beyond_its_turn_with_the_numbers(fitted):
         dehyst.PrandtlIshlinskii([0.0], [1.0]).wing("upper")
 
 
+@pytest.mark.slow
 def test_over_both_wings_there_is_neither_inverse_nor_export_and_a_cure(fitted, tmp_path):
     with pytest.raises(InvertibilityError, match="--wing upper"):
         fitted.model.inverse()
@@ -146,6 +152,7 @@ def test_over_both_wings_there_is_neither_inverse_nor_export_and_a_cure(fitted, 
     assert block.output.low == pytest.approx(FIELD.min(), abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_file_gives_the_model_back(fitted, tmp_path):
     fitted.model.save(tmp_path / "model.json")
     again = dehyst.load(tmp_path / "model.json")
@@ -204,6 +211,33 @@ def test_half_a_butterfly_a_peak_on_one_way_alone_and_a_rest_are_none():
 def test_other_logs_are_refused_with_an_error_of_dehyst(output):
     with pytest.raises(DehystError):
         dehyst.identify(dehyst.Recording(FIELD, output, TIME), "butterfly")
+
+
+def first_halves(records):
+    """Input and output of the fitted part of a log, scaled as a fit does."""
+    ranges = []
+    for name in ("input", "output"):
+        values = np.concatenate([getattr(record, name) for record in records])
+        ranges.append((0.5 * (values.max() + values.min()), 0.5 * np.ptp(values)))
+    (center, half_range), (level, amplitude) = ranges
+    halves = []
+    for record in records:
+        part = slice(0, len(record) // 2)
+        x = np.ascontiguousarray((record.input[part] - center) / half_range)
+        halves.append((x, (record.output[part] - level) / amplitude))
+    return halves
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_generated_rig_is_taken_for_a_butterfly(seed):
+    assert butterfly_in(first_halves(generated(seed).recordings())) is None
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_peculiar_rig_is_taken_for_a_butterfly(kind):
+    made = peculiar(kind, 0)
+    records = list(made) if isinstance(made, list | tuple) else [made]
+    assert butterfly_in(first_halves(records)) is None
 
 
 def test_the_numbers_of_a_butterfly_are_its_wings_and_where_it_turns():
