@@ -575,10 +575,43 @@ def linearise_a_sensor() -> Figure:
     return figure
 
 
+def butterfly_loops() -> Figure:
+    """The butterfly of the how-to with its model, and what its inverse makes of a reference on the upper wing."""
+    rig = runpy.run_path(str(ROOT / "examples" / "simulators" / "butterfly.py"))
+    time, field = rig["drive"]()
+    strain = rig["ferroelectric"](field)
+    model = dehyst.identify(dehyst.Recording(field, strain, time)).model
+    figure = Figure(figsize=(12.0, 4.6), layout="constrained")
+    loop, wing = figure.subplots(1, 2)
+    held_out = slice(time.size // 2, None)
+    loop.plot(field[held_out], strain[held_out], lw=2.4, label="log, held out")
+    loop.plot(field[held_out], model.simulate(field)[held_out], color=INK, lw=0.8, label="model")
+    loop.set_xlabel("field [kV/mm]")
+    loop.set_ylabel("strain [%]")
+    clock = np.arange(0.0, 10.0, rig["STEP"])
+    tips = [0.12, 0.08, 0.12, 0.09, 0.11, 0.1, 0.12, 0.08, 0.1, 0.09, 0.12]
+    wanted = np.interp(clock, np.arange(11), tips)
+    poling = rig["TOP"] * np.sin(np.linspace(0.0, 2.5 * np.pi, 300))
+    poled = model.wing("upper").after_strokes(rig["TOP"], rising=False)
+    for inverse, words in (
+        (poled, "with the inverse"),
+        (poled.without_memory, "with the curve of the wing"),
+    ):
+        applied = np.append(poling, inverse.inverse().simulate(wanted))
+        wing.plot(clock, rig["ferroelectric"](applied)[poling.size :], lw=1.2, label=words)
+    wing.plot(clock, wanted, color=INK, lw=0.8, ls="--", label="wanted")
+    wing.set_xlabel("time [s]")
+    wing.set_ylim(bottom=0.06)
+    for axes in (loop, wing):
+        axes.legend(loc="lower left")
+    return figure
+
+
 FIGURES: dict[str, Callable[[], Figure]] = {
     "arm": arm,
     "numbers-of-a-loop": numbers_of_a_loop,
     "linearise-a-sensor": linearise_a_sensor,
+    "butterfly-loops": butterfly_loops,
     "loop": loop,
     "play": play,
     "misprint": misprint,

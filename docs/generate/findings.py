@@ -405,6 +405,13 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "The loop runs clockwise over one part of the input and counter-clockwise over another.",
             "Look at the loop in the report; look for a second moving part, a lagging sensor, or swapped columns.",
         ),
+        "butterfly-loop": (
+            "Along {BUTTERFLY_STROKES} or more strokes over most of the input's range the output turns at an inner "
+            "input, on both ways and by a twentieth of its range or more: a butterfly, as of the strain of a "
+            "ferroelectric or a magnetostrictive rod. Only a model of the family `butterfly` follows it.",
+            "`--family butterfly`, or `--family auto`, which looks for it. Its inverse holds on one wing: `--wing "
+            "upper` or `--wing lower` of `dehyst compensate` ([how to](../how-to/butterfly-loops.md)).",
+        ),
         "rate-dependent": (
             "At least {RATE_SIZE:%} of the range depend on rate or creep, by the one test of them (`evidence`). It is "
             "asked of each recording alone where another signal makes their loops wider, and behind the curve of a "

@@ -217,6 +217,8 @@ def _family(name: str) -> str:
     title, body, cannot = _words(name)
     simulated = any(row.name == name and row.chosen == "simulate" for row in ROWS)
     use = "answer = fit.model.simulate(x, time)" if simulated else "inverse = fit.model.inverse()"
+    if example.winged:
+        use = 'inverse = fit.model.wing("upper").inverse()'
     return "\n".join(
         [
             f"# {name}: {found.title}",

@@ -68,6 +68,14 @@ def fired(code):
     return write
 
 
+def on_a_wing(folder):
+    """The log of a butterfly, and outputs that one of its wings can give."""
+    fired("butterfly-loop")(folder)
+    rise = np.linspace(0.5, 0.9, 50)
+    height = np.max(FIRING["butterfly-loop"][0]().output)
+    write_csv(folder / "wanted.csv", {"time_s": 0.05 * np.arange(50), "angle": height * rise})
+
+
 def wave(count=600, step=0.05, size=1.0):
     """Time and an input of shrinking loops."""
     time = step * np.arange(count)
@@ -589,6 +597,18 @@ CURES: dict[str, list[Cure]] = {
     ],
     "never-turns": [
         Cure(fired("never-turns"), f"{BARE} --train-fraction 0.02", r"--train-fraction 1\b")
+    ],
+    "butterfly-loop": [
+        Cure(
+            fired("butterfly-loop"), BARE, "--family butterfly", f"{IDENTIFY} {{named}}", "changed"
+        ),
+        Cure(
+            on_a_wing,
+            f"{IDENTIFY} --save model.json",
+            "--wing upper",
+            "compensate model.json wanted.csv {named} --out c.csv",
+            "runs",
+        ),
     ],
     "clockwise": [Cure(fired("clockwise"), BARE, "--family stop", after="changed")],
     "rate-dependent": [

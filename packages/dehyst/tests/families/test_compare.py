@@ -55,9 +55,9 @@ def found(lagging):
 
 @pytest.mark.slow
 def test_every_family_has_a_row_with_an_error_or_a_reason(found):
-    assert {entry.family for entry in found.entries} == set(all_names()) - {
-        "elements"
-    }  # one of the rows
+    # The best row is one of the rows, and this loop no butterfly.
+    wanted = set(all_names()) - {"elements", "butterfly"}
+    assert {entry.family for entry in found.entries} == wanted
     for entry in found.entries:
         assert entry.model is not None or entry.reason
         assert entry.invertible or entry.no_inverse or entry.reason

@@ -101,6 +101,11 @@ def clockwise():
     return dehyst.Recording(input=x, output=STOP.simulate(x) + noise(x.size, 0.01))
 
 
+def butterfly():
+    x = loops((*SIZES, *SIZES), SAMPLES)
+    return dehyst.Recording(input=x, output=PI.simulate(x) ** 2 + noise(x.size, 0.01))
+
+
 def erratic(scale=1.0):
     x = loops((*SIZES, *SIZES), SAMPLES)
     return dehyst.Recording(input=x, output=x + noise(x.size, scale))
@@ -137,6 +142,7 @@ def equal_loops(count=14):
 FIRING = {
     "clockwise": (clockwise, {}, "swapped"),
     "mixed-loop": (figure_of_eight, {}, "report"),
+    "butterfly-loop": (butterfly, {}, "--family butterfly"),
     "rate-dependent": (rate_dependent, {}, "speed of use"),
     "drift": (drifting, {}, "--from"),
     "few-loops": (lambda: clean(), {"train_fraction": 0.08}, "--train-fraction"),

@@ -216,6 +216,7 @@ def _print_acceptance(result: Drift, request: DriftRequest) -> None:
         )
     else:
         needs = schedules_to_type(result.model.needs)
-        options = {"output": output, "out": "compensated.csv", **needs}
+        wing = result.model.wing_to_type
+        options = {"output": output, "out": "compensated.csv", **needs, **wing}
         next_line = command("compensate", request.refit, "REFERENCE.csv", **options)
     out.print(f"next: {next_line}", soft_wrap=True)

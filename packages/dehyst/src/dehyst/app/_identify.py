@@ -399,5 +399,6 @@ def _next(fit: Fit, saved: Path | None, cost: StepCost | None = None) -> str:
         # The model file knows neither the period nor the precision that were asked about.
         real = cost.real if cost.real != "double" else None
         return command("export", saved, target="c", period=cost.period, real=real, out="unit")
-    options = {"output": rec.output_name, "out": "compensated.csv", **needs}
+    wing = fit.model.wing_to_type
+    options = {"output": rec.output_name, "out": "compensated.csv", **needs, **wing}
     return command("compensate", saved, "REFERENCE.csv", **options)

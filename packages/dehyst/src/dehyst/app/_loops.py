@@ -66,6 +66,8 @@ def _print(measured: Loops, records: Sequence[Recording], request: LoopsRequest)
     numbers.show_header = False
     out.print(numbers)
     out.print(f"intervals of 95 %: {measured.basis}")
+    if measured.wing_words:
+        out.print(measured.wing_words, soft_wrap=True)
     if measured.trends:
         out.print(_trend_words(measured), soft_wrap=True)
     if any(loop.completed for loop in measured.loops):

@@ -70,11 +70,17 @@ def run_compensate(request: CompensateRequest) -> None:
     y, findings = models_kit.in_units_of(
         model.card.output, signal.values, signal.unit, f"'{signal.name}'"
     )
-    findings += outside(y, model.card.output, "reference", "the inverse extrapolates there")
+    card = model.card.output
+    if request.wing is not None:
+        card = model.wing(request.wing, y).card.output
+    findings += outside(y, card, "reference", "the inverse extrapolates there")
     findings += models_kit.faster_than_log(
         model, model.card.output, "the reference", [(signal.time, y)]
     )
     model, known = _after(request, model, float(y[0]), backward=True)
+    # What came before may have been on the other wing.
+    if request.wing is not None:
+        model = model.wing(request.wing)
     inverse = model.inverse()
     shaped, lead, about_shape = _shaped(request, model, signal, y)
     findings += about_shape

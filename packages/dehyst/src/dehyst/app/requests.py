@@ -197,6 +197,11 @@ class CompensateRequest(SimulateRequest):
     column: str | None = option(
         "Column of the wanted output; by default the model's.", flag="--output"
     )
+    wing: str | None = option(
+        "Of a butterfly loop the wing that the actuator stays on: inputs above the turn, or below.",
+        None,
+        metavar="upper|lower",
+    )
     ahead: str = option(
         "How long before its output each value is written: auto, the dead time of the model; 0, beside it [s].",
         "auto",

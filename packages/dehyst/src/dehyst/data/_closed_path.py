@@ -78,6 +78,30 @@ class Branch:
             return ReadValue(float(v[nearest]), self.noise[1]), slope
         return self._fitted(distance, v, reach, 2), slope
 
+    def turn(self, sign: float) -> ReadValue:
+        """Read u where sign v is least: the vertex of a parabola over a twentieth of the way to either side.
+
+        Of few samples it takes the nearest ones, as far as a tenth of the way.
+        """
+        lowest = float(self.u[int(np.argmin(sign * self.v))])
+        away = np.abs(self.u - lowest) / (POLICY.turn_reach * self.span)
+        enough = min(POLICY.reading_samples, away.size) - 1
+        share = max(0.5, float(np.partition(away, enough)[enough]))
+        if share > 1.0:
+            return UNREAD
+        reach = share * POLICY.turn_reach * self.span
+        distance = (self.u - lowest) / reach
+        near = np.abs(distance) <= 1.0
+        basis = np.vander(distance[near], 3, increasing=True)
+        solved = np.linalg.lstsq(basis, self.v[near], rcond=None)[0]
+        bend = 2.0 * float(solved[2])
+        if not sign * bend > 0.0:
+            return UNREAD
+        covariance = self.noise[1] ** 2 * np.linalg.pinv(basis.T @ basis)
+        error = reach * float(np.sqrt(covariance[1, 1])) / abs(bend)
+        vertex = float(np.clip(-float(solved[1]) / bend, -1.0, 1.0))
+        return ReadValue(lowest + reach * vertex, error)
+
     def _fitted(self, distance: Array, v: Array, reach: float, degree: int) -> ReadValue:
         basis = np.vander(distance, degree + 1, increasing=True)
         middle = float(np.mean(v))
@@ -138,10 +162,10 @@ class ClosedPath:
         coarse = (area - _enclosed(x[::2], y[::2])) / 3.0
         return ReadValue(area, float(np.hypot(noise, coarse)))
 
-    def openings(self) -> Array:
-        """Mean distance of the falling branch above the rising one in cells along the input, (24,)."""
+    def openings(self, ends: float = ENDS) -> Array:
+        """Mean distance of the falling branch above the rising one in cells along the input but for its ends, (24,)."""
         low, high = float(np.min(self.x)), float(np.max(self.x))
-        ends = ENDS * (high - low)
+        ends *= high - low
         edges = np.linspace(low + ends, high - ends, CELLS + 1)
         x, y = _split_at(edges, np.append(self.x, self.x[0]), np.append(self.y, self.y[0]))
         step = np.diff(x)
@@ -150,6 +174,28 @@ class ClosedPath:
         below = (0.5 * (y[1:] + y[:-1]) * step)[inside]
         # Along the whole loop the integral of y dx over a cell is that of the rising less that of the falling branch.
         return -np.bincount(cell[inside], below, CELLS) / np.diff(edges)
+
+    @property
+    def bend(self) -> float:
+        """1 for a butterfly with two valleys, -1 for one with two peaks, 0 for any other loop.
+
+        Both branches go below their ends, and not above them, by a tenth of the output's range.
+        """
+        least = POLICY.turn_reach * float(np.ptp(self.y))
+        for sign in (1.0, -1.0):
+            depths, heights = [], []
+            for branch in self.by_input():
+                v = sign * branch.v
+                depths.append(min(v[0], v[-1]) - v.min())
+                heights.append(v.max() - max(v[0], v[-1]))
+            if min(depths) > least > max(heights):
+                return sign
+        return 0.0
+
+    def turned_at(self) -> tuple[ReadValue, ReadValue]:
+        """Inputs at which the output of a butterfly turns, rising and falling."""
+        rising, falling = self.by_input()
+        return rising.turn(self.bend), falling.turn(self.bend)
 
     def by_input(self) -> tuple[Branch, Branch]:
         """The branches on which the input rises and falls."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dehyst.arrays import Array, Mask
-from dehyst.data._closed_path import Branch, ClosedPath, ReadValue
+from dehyst.data._closed_path import UNREAD, Branch, ClosedPath, ReadValue
 from dehyst.data._cycles import LoopPath, half_loop, loop_paths, values_at
 from dehyst.data._loop_numbers import NUMBERS, LoopEstimate, Loops, MeasuredLoop
 from dehyst.data._loops import turning_points
@@ -213,6 +213,14 @@ class _Measures:
         path = ClosedPath(x, y)
         readings = self._readings(path)
         openings = path.openings()
+        orientation = self._orientation(openings)
+        wings = None
+        if orientation == "mixed" and path.bend:
+            orientation = "butterfly"
+            readings |= _at_turns(path)
+            heights = self.factor * float(np.ptp(x)) * path.openings(ends=0.0)
+            lags, leads = np.maximum(heights, 0.0), np.maximum(-heights, 0.0)
+            wings = (float(np.mean(lags)), float(np.mean(leads)))
         gap = 100.0 * float(y[-1] - y[0]) / self.output_range
         noise = 100.0 * math.sqrt(2.0) * path.noise[1] / self.output_range
         jump = 100.0 * _jump(x, y) / self.output_range
@@ -250,8 +258,9 @@ class _Measures:
             opening_percent=opening,
             gap_percent=gap,
             closes=abs(gap) <= closed_within,
-            orientation=self._orientation(openings),
+            orientation=orientation,
             completed=spot.completed,
+            wings=wings,
             errors=errors,
             path=drawn,
             **values,
@@ -299,6 +308,13 @@ class _Measures:
         if lag > lead:
             return "counter-clockwise"
         return "clockwise"
+
+
+def _at_turns(path: ClosedPath) -> dict[str, ReadValue]:
+    """What a butterfly has in place of a width beside its middle output, which each of its branches passes twice."""
+    up, down = path.turned_at()
+    distance = ReadValue(0.5 * abs(up.value - down.value), 0.5 * math.hypot(up.error, down.error))
+    return {"coercivity": distance, "width_input": UNREAD}
 
 
 def _jump(x: Array, y: Array) -> float:
@@ -393,10 +409,10 @@ def _trends(chosen: Sequence[MeasuredLoop]) -> dict[str, LoopEstimate]:
 
 def _wearing(chosen: Sequence[MeasuredLoop]) -> dict[str, Array]:
     """Numbers whose change tells of wear; no gain where the output is no higher at one turn than at the other."""
-    numbers = {
-        "width": np.array([loop.width for loop in chosen]),
-        "area": np.array([loop.area for loop in chosen]),
-    }
+    numbers = {"width": np.array([loop.width for loop in chosen])}
+    # The area of a butterfly is a difference, and may be next to nothing.
+    if all(loop.wings is None for loop in chosen):
+        numbers["area"] = np.array([loop.area for loop in chosen])
     gains = np.array([_gain(loop) for loop in chosen])
     heights = np.array([(loop.output_high - loop.output_low) / loop.depth for loop in chosen])
     if abs(float(np.mean(gains))) > POLICY.rises_by * float(np.mean(heights)):

@@ -83,7 +83,8 @@ class MeasuredLoop:
     area
         Enclosed area: work or loss of one cycle where the units make one. [work_unit]
     coercivity
-        Half the distance of the two places where the output passes its reference (`Loops.output_reference`). [input]
+        Half the distance of the two places where the output passes its reference (`Loops.output_reference`); of a
+        butterfly, where it turns. [input]
     remanence
         Half the distance of the outputs where the input passes its reference (`Loops.input_reference`). [output]
     saturation_low, saturation_high
@@ -95,10 +96,13 @@ class MeasuredLoop:
     closes
         Whether that is less than 2 %, than the noise makes, or than the output jumps while the input turns.
     orientation
-        As it is drawn, output over input: "counter-clockwise", "clockwise", "mixed" (it crosses itself) or "none" (it
-        is narrower than 1 % of the output's range).
+        As it is drawn, output over input: "counter-clockwise", "clockwise", "mixed" (it crosses itself), "butterfly"
+        (so does it, and the output turns on both ways) or "none" (it is narrower than 1 % of the output's range).
     completed
         Whether half of it was made by odd symmetry.
+    wings
+        Areas of a butterfly that are run through counter-clockwise and clockwise; `area` is their difference. None for
+        other loops. [work_unit]
     errors
         Standard errors of the numbers that the noise of the samples makes.
     path
@@ -129,6 +133,7 @@ class MeasuredLoop:
     closes: bool
     orientation: str
     completed: bool
+    wings: tuple[float, float] | None
     errors: Mapping[str, float]
     path: Array
 
@@ -143,8 +148,12 @@ class MeasuredLoop:
         return rising.at(place).value, falling.at(place).value
 
     def inputs_at(self, place: float) -> tuple[float, float]:
-        """Return the input where the output passes a value, rising and falling. [input]"""
-        rising, falling = ClosedPath(*self.path).by_output()
+        """Return the input where the output passes a value, rising and falling; of a butterfly, turns. [input]"""
+        path = ClosedPath(*self.path)
+        if self.orientation == "butterfly":
+            up, down = path.turned_at()
+            return up.value, down.value
+        rising, falling = path.by_output()
         return rising.at(place).value, falling.at(place).value
 
     def as_dict(self) -> dict[str, Any]:
@@ -258,9 +267,23 @@ class Loops(Plotted):
     def opening_words(self) -> str:
         """Direction and largest opening of the largest loops."""
         percent = self.estimates["opening_percent"].value
+        if self.orientation == "butterfly":
+            return f"butterfly loop, opening {percent:.2g} % of range"
         if self.orientation == "none":
             return f"no loop (branches at most {percent:.2g} % of range apart)"
         return f"loop {self.orientation}, opening {percent:.2g} % of range"
+
+    @property
+    def wing_words(self) -> str:
+        """What the numbers of a butterfly mean; empty for other loops."""
+        wings = [loop.wings for loop in self.largest if loop.wings is not None]
+        if self.orientation != "butterfly" or not wings:
+            return ""
+        lags, leads = (sum(areas) / len(wings) for areas in zip(*wings, strict=True))
+        return (
+            f"the loop crosses itself: its {self.area_word} is that of the counter-clockwise wing, {lags:.3g}, less "
+            f"that of the clockwise one, {leads:.3g}"
+        )
 
     @property
     def words(self) -> str:
@@ -283,9 +306,12 @@ class Loops(Plotted):
         rows = []
         for name, kind in NUMBERS.items():
             label = kind.label
+            where = kind.where.format(**places)
             if name == "area":
                 label = self.area_word
-            rows.append((label, str(self.estimates[name]), kind.where.format(**places)))
+            elif name == "coercivity" and self.orientation == "butterfly":
+                where = "half the distance of inputs at which the output turns"
+            rows.append((label, str(self.estimates[name]), where))
         return rows
 
     @property

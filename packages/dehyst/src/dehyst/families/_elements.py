@@ -50,11 +50,15 @@ from dehyst.families._base import PRELUDE, UNSCALED, LoopModel, LoopStepper, Sca
 from dehyst.families._element_machine import element_machine
 from dehyst.families._inversion import FARTHEST, first_input
 from dehyst.families._rising import LEAST_SLOPE, least_slope, most_slope
-from dehyst.models import ModelCard, Resonance, SignalCard
+from dehyst.models import Model, ModelCard, Resonance, SignalCard
 from dehyst.models import kit as models_kit
+from dehyst.shell import command
 
 KINDS = _native.ELEMENT_KINDS
 DIRECTIONS = ("forward", "inverse")
+WINGS = ("upper", "lower")
+ROUNDING = 1e-9  # of a wing, by which an output may lie beyond its turn
+EDGE = 1e-6  # width of what stands beside the turn of a wing, scaled
 LAGS = ("creep", "relax", "past", "product")
 SQUARE = 17  # points
 MIDDLE = 1e12  # of a range so wide that what is scaled is in its middle
@@ -175,7 +179,8 @@ class ElementModel(LoopModel):
     offset
         c.
     before_map, after_map
-        M and T^-1, arguments and values, increasing.
+        M and T^-1, arguments and values, increasing. The values of T^-1 may turn once at an inner argument, as in a
+        butterfly loop: then there is no inverse, but that of a `wing`.
     direction
         "forward": the sum is the output, u the input. "inverse": it was identified the other way round, the sum is the
         input and u the output; `run` solves and `run_inverse` evaluates.
@@ -243,14 +248,15 @@ class ElementModel(LoopModel):
                     f"one there; weight 0 leaves it out of the sum."
                 )
         put(self, "offset", models_kit.parameter_number(self.offset, "offset"))
-        for name in ("before_map", "after_map"):
-            put(self, name, pairs_of(getattr(self, name), name, rising=True))
+        put(self, "before_map", pairs_of(self.before_map, "before_map", rising=True))
+        put(self, "after_map", pairs_of(self.after_map, "after_map"))
         for name in ("dead_time", "period"):
             put(self, name, models_kit.parameter_number(getattr(self, name), name))
         put(self, "resonance", models_kit.resonance_of(self.resonance))
         put(self, "family", self.row)
         put(self, "rate_dependent", any(q.timed for q in self.elements))
         self._check()
+        put(self, "winged", self.turn > 0)
 
     def _check(self) -> None:
         if self.direction not in DIRECTIONS:
@@ -270,6 +276,8 @@ class ElementModel(LoopModel):
                 f"{len(self.schedules)} schedules have the shares 0 to {most}, at most {_native.DIRECT_SCHEDULES} "
                 f"schedules; an element names another."
             )
+        if not self._turns_once:
+            models_kit.strictly_increasing(np.array(self.after_map[1]), "values of after_map")
         if self.direction == "inverse" and self._fall:
             raise ParameterError(f"the inverse model does not tell its output: {self._fall}")
 
@@ -288,6 +296,8 @@ class ElementModel(LoopModel):
         ramp: int,
         period: float | None,
     ) -> models_kit.Machine:
+        if self.no_export:
+            raise ParameterError(self.no_export)
         return element_machine(self, direction, range, ramp, period)
 
     @property
@@ -326,8 +336,94 @@ class ElementModel(LoopModel):
         return least_slope(self.elements, len(self.schedules), self.period)
 
     @property
+    def _turns_once(self) -> bool:
+        """Whether the values of `after_map` fall up to an inner point and rise from there on, or the other way."""
+        steps = np.sign(np.diff(self.after_map[1]))
+        once = np.count_nonzero(np.diff(steps)) == 1 and bool(np.all(steps))
+        return once and self.direction == "forward"
+
+    @cached_property
+    def turn(self) -> int:
+        """Which point of `after_map` is its turn; 0 if it has none."""
+        if not self._turns_once:
+            return 0
+        return 1 + int(np.flatnonzero(np.diff(np.sign(np.diff(self.after_map[1]))))[0])
+
+    def wing(self, side: str, outputs: npt.ArrayLike | None = None) -> Model:
+        """Return one wing of a butterfly: a sum with an inverse, and this model while the actuator is on that wing.
+
+        Beyond the turn there is no output: for one that lies there the inverse holds the input of the turn. The output
+        range of its card is that of the wing.
+
+        Parameters
+        ----------
+        side
+            "upper", where the input is above the turn, or "lower".
+        outputs
+            That the wing is to give, (T,). [output]
+
+        Raises
+        ------
+        ParameterError
+            If the map does not turn, there is no such side, or an output lies beyond the turn.
+
+        Examples
+        --------
+        >>> from dehyst.families import example
+        >>> model = example("butterfly")
+        >>> x = [1.0, 0.5, 0.9, 0.4]
+        >>> wing = model.wing("upper")
+        >>> bool(abs(wing.inverse().simulate(model.simulate(x)) - x).max() < 1e-12)
+        True
+        """
+        if side not in WINGS:
+            raise ParameterError(f"wing = {side!r:.40}; it is one of {', '.join(WINGS)}.")
+        if not self.turn:
+            return super().wing(side)
+        part = slice(self.turn, None) if side == "upper" else slice(0, self.turn + 1)
+        u, v = (np.array(values[part]) for values in self.after_map)
+        scaling = self.scaling
+        if v[-1] < v[0]:
+            v, scaling = -v, replace(scaling, amplitude=-scaling.amplitude)
+        at, end = scaling.outward(v[[0, -1]] if side == "upper" else v[[-1, 0]]).tolist()
+        low, high = min(at, end), max(at, end)
+        wanted = np.asarray([] if outputs is None else outputs, dtype=np.float64)
+        beyond = (wanted - at) * np.sign(end - at) < -ROUNDING * (high - low)
+        if np.any(beyond):
+            farthest = float(wanted[np.argmax(np.abs(wanted - at) * beyond)])
+            raise ParameterError(
+                f"{np.count_nonzero(beyond)} of {wanted.size} wanted outputs lie beyond the turn of the {side} wing, "
+                f"the farthest at {farthest:.4g}: the output turns at {at:.4g}, and this wing ends at {end:.4g}. No "
+                f"input gives them. Move the reference by {at - farthest:.4g} or more, so that all of it lies between "
+                f"{low:.4g} and {high:.4g}.",
+                turn=at,
+                farthest=farthest,
+            )
+        card = replace(self.card, output=replace(self.card.output, low=low, high=high))
+        # An edge beside the turn, twice as high as the wing: along it the inverse stands still.
+        inner, way = (0, -1.0) if side == "upper" else (-1, 1.0)
+        edge = u[inner] + way * np.array([EDGE, EDGE + 1.0])
+        fall = v[inner] + way * (2.0 * np.ptp(v) + np.array([0.0, 1.0]))
+        points = sorted(zip([*u, *edge], [*v, *fall], strict=True))
+        arguments, values = zip(*np.array(points).tolist(), strict=True)
+        return replace(self, after_map=(arguments, values), scaling=scaling, card=card)
+
+    @property
+    def no_export(self) -> str:
+        """As of every model; a map that turns is not for targets."""
+        if not self.turn:
+            return ""
+        return (
+            f"the map of this {self.family} model turns, and the core runs maps that rise. Export one wing: in Python "
+            f'dehyst.load("model.json").wing("upper").save("upper.json"), then '
+            f"{command('export', 'upper.json', target='c', out='unit')}."
+        )
+
+    @property
     def inverse_gain(self) -> float:
         """Upper bound of the slope |dx/dy| of the inverse, over all memories. [input/output]"""
+        if self.turn:
+            return float("inf")
         scale = abs(self.scaling.half_range / self.scaling.amplitude)
         if self.direction == "inverse":
             return scale * most_slope(self.elements)
@@ -348,7 +444,16 @@ class ElementModel(LoopModel):
 
     @property
     def no_inverse(self) -> str:
-        """Why the sum does not rise for every memory."""
+        """Why the sum does not rise for every memory, or where its map turns."""
+        if self.turn:
+            turn = self.after_map[1][self.turn]
+            bottom = float(self.scaling.outward(np.array(turn)))
+            line = command("compensate", "model.json", "REFERENCE.csv", wing="upper")
+            return (
+                f"the output turns at {bottom:.4g} {self.card.output.unit}".rstrip()
+                + f", so that two inputs give one output. A wing has one: {line} or --wing lower, in Python "
+                f'model.wing("upper").inverse().'
+            )
         return self._fall if self.direction == "forward" else ""
 
     @property
@@ -438,7 +543,7 @@ class ElementModel(LoopModel):
         return (
             np.array(kind, dtype=np.int32), np.array(schedule, dtype=np.int32), radius, time, weight,
             np.array(points, dtype=np.int32), np.concatenate(maps, axis=1), self.offset,
-            _matrix(self.before_map), _matrix(self.after_map), -FARTHEST, FARTHEST,
+            _matrix(self.before_map), _matrix(NO_MAP if self.turn else self.after_map), -FARTHEST, FARTHEST,
             schedules[0].astype(np.int32), np.ascontiguousarray(schedules[1:]),
         )  # fmt: skip
 
@@ -539,6 +644,10 @@ class ElementModel(LoopModel):
         late = np.concatenate([ring, x])
         machine = self._sum.run if self.direction == "forward" else self._sum.solve
         y, after = self._checked(machine(late[: x.size], dt, self._signals(scheduling), state))
+        if self.turn:
+            # The core runs maps that rise alone.
+            u, v = _matrix(self.after_map)
+            y = _native.map_values(u, v, y)
         return y, np.concatenate([after, late[x.size :]])
 
     def run_inverse(
@@ -608,7 +717,7 @@ class ElementModel(LoopModel):
 
     def steps(self, inverse: bool, period: float | None) -> models_kit.Steps:
         """As every family; without a dead time or signals from outside the core keeps the memory between samples."""
-        if self.delay or self.needs:
+        if self.delay or self.needs or self.turn:
             return super().steps(inverse, period)
         return ElementStepper(self, inverse, period)
 

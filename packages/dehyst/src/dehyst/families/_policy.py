@@ -41,6 +41,13 @@ class FamilyPolicy:
     # ... and that is a dead band from this share of the input's range on.
     dead_least: float = 0.01
 
+    # A butterfly is seen in strokes over most of the input's range: 1.2 of its 2 half ranges, ... [half ranges]
+    butterfly_stroke: float = 1.2
+    # ... of which there are three, so that either way is seen and one of them twice, ... [strokes]
+    butterfly_strokes: int = 3
+    # ... where the output turns by a twentieth of its range: less is noise, or a map that is hardly bent. [half ranges]
+    butterfly_depth: float = 0.1
+
     # Sums are fitted to shifted signals only if the first shift promises to remove this share of the squared error.
     promised_error: float = 0.1
     # An output counts as late when the shift brings the error down to this share ...

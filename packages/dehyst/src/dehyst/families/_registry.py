@@ -27,6 +27,7 @@ MODULES = {
     "bouc-wen": "dehyst.families._bouc_wen",
     "generalised-bouc-wen": "dehyst.families._generalised_bouc_wen",
     "lugre": "dehyst.families._lugre",
+    "butterfly": "dehyst.families._butterfly",
 }
 BEST = "elements"  # the row that a log itself calls for
 TITLES = {  # of families that `dehyst.identification` knows

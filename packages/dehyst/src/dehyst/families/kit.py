@@ -4,6 +4,8 @@ from dehyst.lazy import lazy_names
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from dehyst.families._butterfly import Butterfly as Butterfly
+    from dehyst.families._butterfly import butterfly_in as butterfly_in
     from dehyst.families._choice import Terms as Terms
     from dehyst.families._elements import KINDS as KINDS
     from dehyst.families._elements import LAGS as LAGS
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
 __getattr__, __dir__, __all__ = lazy_names(
     "dehyst.families.kit",
     {
+        "_butterfly": "Butterfly butterfly_in",
         "_choice": "Terms",
         "_elements": "ElementModel KINDS LAGS SOURCES",
         "_lateness": "ChosenRow",

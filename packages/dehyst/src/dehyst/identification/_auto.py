@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import fields, replace
 from functools import partial
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.data import Recording, counted_once, require_recordings
-from dehyst.errors import DehystError, ParameterError
+from dehyst.errors import DehystError, IdentificationError, ParameterError
 from dehyst.families import (
     ROW_NAMES,
     Chosen,
@@ -413,6 +414,12 @@ def best_fit(
     not_told_apart = (
         families_kit.turns_of(training) < families_kit.POLICY.enough_turns or broken_off
     )
+    if log.seen.butterfly is not None and size is None and not training.schedules:
+        with suppress(IdentificationError):
+            butterfly = log.fit(Literature("butterfly", purpose=purpose))
+            left_out = PERCENT * chosen.candidates[0].score
+            if butterfly.train.rmse_percent < POLICY.butterfly_worth * left_out:
+                return with_table(butterfly, rows, *rivals)
     plays_do = _plays_do(fitted_plays, chosen, not_told_apart)
     if plays_do and (fitted_plays.family == STATIC or not too_large):
         return _with_lateness(with_table(fitted_plays, rows), late, training.period)

@@ -26,10 +26,10 @@ from dehyst.units import parse_unit
 # Findings that a model is poor, and those that may be why.
 POOR = ("poor-fit", "inverse-misses")
 REASONS = (
-    "rate-dependent", "drift", "two-actuators", "mixed-loop", "clockwise", "few-loops", "never-turns", "unknown-memory",
-    "recordings-differ", "swapped-columns", "output-unrelated", "output-stopped", "output-late", "output-early",
-    "held-out-worse", "extrapolation", "one-loop-size", "spectral-peak", "outlier", "saturated-input",
-    "saturated-output", "held-input", "held-output", "undetermined-operators",
+    "butterfly-loop", "rate-dependent", "drift", "two-actuators", "mixed-loop", "clockwise", "few-loops",
+    "never-turns", "unknown-memory", "recordings-differ", "swapped-columns", "output-unrelated", "output-stopped",
+    "output-late", "output-early", "held-out-worse", "extrapolation", "one-loop-size", "spectral-peak", "outlier",
+    "saturated-input", "saturated-output", "held-input", "held-output", "undetermined-operators",
 )  # fmt: skip
 NO_REASON = (
     "No other finding says why. Something that was not logged may move the output too (load, temperature, supply), or "
@@ -46,6 +46,7 @@ class Knows:
     leads: bool = False  # Loops whose output leads the input
     crosses: bool = False  # Loops that lead in one part of the input and lag in another
     time: bool = False  # Rate and creep
+    turns: bool = False  # Outputs that turn along a stroke
 
 
 def of_range(percent: float) -> str:
@@ -87,7 +88,23 @@ def about_data(
             f"cannot show it; the stop form can. If this is an actuator's response, check that input and output are "
             f"not swapped.{cure}",
         )
-    if loop.orientation == "mixed" and not knows.crosses:
+    if loop.butterfly is not None:
+        up, down = loop.butterfly
+        cure = (
+            "No model whose output rises with its input follows that. Identify with --family butterfly, and give its "
+            "inverse one wing (--wing)."
+        )
+        if knows.turns:
+            cure = (
+                "This model follows that; it has an inverse on one wing alone, and compensates where the output need "
+                "not turn: --wing upper or --wing lower of dehyst compensate."
+            )
+        yield Finding(
+            "butterfly-loop",
+            f"the loop is a butterfly: the output turns while the input goes on, at {up:.3g} on the way up and at "
+            f"{down:.3g} on the way down, as the strain of a ferroelectric or a magnetostrictive rod does. {cure}",
+        )
+    elif loop.orientation == "mixed" and not knows.crosses:
         yield Finding(
             "mixed-loop",
             "the loop runs clockwise over one part of the input and counter-clockwise over another. No "

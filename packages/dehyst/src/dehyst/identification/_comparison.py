@@ -321,7 +321,8 @@ def compare(
     recordings
         One recording or a list of them; all are fitted together.
     families
-        Names of `dehyst.identification.all_names()`; None for all but the choice among rows, which is one of them.
+        Names of `dehyst.identification.all_names()`; None for all but the choice among rows, which is one of them, and
+        but for the butterfly where the loop is none.
     train_fraction
         Share of each recording that is fitted; the rest is the test, which no fit sees. The order of the rows is by
         the test: which family is best for a plant is itself a finding from this log, and another log confirms it.
@@ -356,6 +357,9 @@ def compare(
     records = check_recordings(tuple(map(counted_once, require_recordings(recordings))))
     names = _names_to_fit(families)
     log = prepared(records, train_fraction)
+    if families is None and log.seen.butterfly is None:
+        # Of any other loop it could only say that it is none.
+        names = tuple(name for name in names if name != "butterfly")
     begun = time.thread_time()
     auto = best_fit(log)
     spent = time.thread_time() - begun

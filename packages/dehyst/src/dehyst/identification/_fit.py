@@ -262,6 +262,8 @@ class LoopFacts:
     numbers
         Width, area, coercivity and others of the largest loops, as `dehyst.data.measure_loops` returns them; None if
         no loop is closed.
+    butterfly
+        Inputs at which the output turns on the way up and on the way down; None if the loop is no butterfly. [input]
     """
 
     orientation: str
@@ -273,6 +275,7 @@ class LoopFacts:
     motion: Motion = field(default_factory=Motion)
     evidence: tuple[Evidence, ...] = ()
     numbers: Loops | None = field(default=None, repr=False, compare=False)
+    butterfly: tuple[float, float] | None = None
 
     @property
     def has_loop(self) -> bool:
@@ -283,6 +286,8 @@ class LoopFacts:
     def loop_words(self) -> str:
         """The loop in a few words."""
         opening = f"{self.width_percent:.2g} % of range"
+        if self.butterfly is not None:
+            return f"butterfly loop, opening {opening}"
         if self.orientation == "none":
             return f"no loop (branches at most {opening} apart)"
         mirrored = ""

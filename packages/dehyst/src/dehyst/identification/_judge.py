@@ -7,8 +7,11 @@ from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from dehyst.arrays import rank
 from dehyst.data import Loops, range_over
+from dehyst.families.kit import Butterfly
 from dehyst.findings import Finding, Grade
 from dehyst.identification import _facts as facts
 from dehyst.identification._candidate import Outcome
@@ -46,6 +49,10 @@ def _examine(
     loops, turns = seen.counts
     if settings.get("family") == "auto":  # which has tried what leads
         knows = replace(knows, leads=True)
+    turns_at = None
+    if seen.butterfly is not None:
+        places = data.center + data.half_range * np.array(seen.butterfly[:2])
+        turns_at = (float(places[0]), float(places[1]))
     loop_facts = LoopFacts(
         orientation=seen.loop.name,
         trend=data.trend,
@@ -56,6 +63,7 @@ def _examine(
         motion=seen.motion,
         evidence=measured.evidence,
         numbers=seen.numbers,
+        butterfly=turns_at,
     )
     span = range_over(inputs_of(measured.recordings))
     judged = list(about_data(data, loop_facts, abs(change), doubt, knows, span))
@@ -90,11 +98,13 @@ def grade_and_verdict(
     tested: str,
     no_inverse: str = "",
     has_loop: bool = False,
+    winged: bool = False,
 ) -> tuple[Grade, str]:
     """The grade, and the judgement in one line; `name` is the family and its size, `tested` says what was held out.
 
     A compensator is good if its input error is: within 3 % of the input's range, and no worse than that of the curve's
-    inverse. Within that bound only what does harm on the next motion forbids it.
+    inverse. Within that bound only what does harm on the next motion forbids it. A `winged` model, without an inverse
+    over its whole range, has one on either wing, which nobody has tested.
     """
     codes = codes_of(findings)
     test, judged, static = measured.test, measured.train, measured.static_train
@@ -131,10 +141,12 @@ def grade_and_verdict(
             f"hysteresis by {curve_errs}: {ending}."
         )
     if no_inverse:
-        return Grade.BAD, (
+        grade, advice = Grade.BAD, "do not compensate with it. It has no inverse"
+        if winged and not codes & POLICY.unusable:
+            grade, advice = Grade.CARE, "compensate with it on one wing. On both it has no inverse"
+        return grade, (
             f"{name}: {errs} {scored_on}, against {_bare(static.rmse_percent)} for the "
-            f"best curve without hysteresis: simulate with it, do not compensate with it. It has no inverse: "
-            f"{no_inverse.rstrip('.')}."
+            f"best curve without hysteresis: simulate with it, {advice}: {no_inverse.rstrip('.')}."
         )
     gives = f"gives the applied input back to {of_range(inverse)} its range"
     if name == STATIC:
@@ -185,6 +197,7 @@ class Seen(NamedTuple):
     counts: tuple[int, int]
     motion: facts.Motion
     numbers: Loops | None
+    butterfly: Butterfly | None = None
 
     @property
     def opening_percent(self) -> float:
@@ -194,9 +207,12 @@ class Seen(NamedTuple):
         return self.numbers.estimates["opening_percent"].value
 
 
-def seen_in(pieces: tuple[facts.Branches, ...], numbers: Loops | None) -> Seen:
+def seen_in(
+    pieces: tuple[facts.Branches, ...], numbers: Loops | None, butterfly: Butterfly | None
+) -> Seen:
     """Say what the branches of the fitted part show."""
-    return Seen(facts.orientation(pieces), facts.count_loops(pieces), facts.motion(pieces), numbers)
+    counts, motion = facts.count_loops(pieces), facts.motion(pieces)
+    return Seen(facts.orientation(pieces), counts, motion, numbers, butterfly)
 
 
 def judge(data: DataSet, seen: Seen, outcome: Outcome) -> Fit:
@@ -231,7 +247,13 @@ def judge(data: DataSet, seen: Seen, outcome: Outcome) -> Fit:
     if terms:
         name = f"{family}, {size_of(model, certificate.nonzero_weights, terms)}"
     grade, verdict = grade_and_verdict(
-        name, measured, findings, tested_on(settings), model.no_inverse, loop_facts.has_loop
+        name,
+        measured,
+        findings,
+        tested_on(settings),
+        model.no_inverse,
+        loop_facts.has_loop,
+        model.winged,
     )
     card = _card(measured, settings, family, certificate.initial_state, grade, verdict)
     # The ranges of a model that names them are part of it.

@@ -76,6 +76,9 @@ class Policy:
     clearly_better: float = 0.15
     # Weights go with another signal only if that brings the error on held-out blocks below this share.
     schedule_worth: float = 0.98
+    # A butterfly is taken where its error on fitted samples is less than this share of what the best sum of elements
+    # leaves on those left out: where it is one, this is 0.04 to 0.2 (docs/decisions/0072).
+    butterfly_worth: float = 0.5
     # Where blocks hardly tell sums of elements apart, these have to beat plays by a quarter (docs/decisions/0048).
     clear: float = 0.75
 

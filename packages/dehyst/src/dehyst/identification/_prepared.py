@@ -12,6 +12,7 @@ import numpy as np
 from dehyst.arrays import Array
 from dehyst.data import Recording, loops_of
 from dehyst.families import Training
+from dehyst.families import kit as families_kit
 from dehyst.identification import _facts as facts
 from dehyst.identification._candidate import Candidate
 from dehyst.identification._data import DataSet, prepare
@@ -76,7 +77,9 @@ class Prepared:
                 uncounted = np.flatnonzero(self.weights[index] == 0.0).tolist()
                 record = replace(record, left_out=(*record.left_out, *uncounted))
             counted.append(record)
-        return seen_in(self.branches, loops_of(counted, largest_only=True))
+        fitted = [(piece.x[: piece.split], piece.y[: piece.split]) for piece in self.data.pieces]
+        loops = loops_of(counted, largest_only=True)
+        return seen_in(self.branches, loops, families_kit.butterfly_in(fitted))
 
     def curve(self, initial_state: str = "zero") -> StaticCurve:
         """Return the best curve without hysteresis; of all states before the log only an unknown one changes it."""

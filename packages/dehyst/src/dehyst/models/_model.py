@@ -103,6 +103,8 @@ class Model(ABC):
         Median time between samples of the log, for what runs sample by sample; 0 where unknown. [s]
     dead_time
         By which the output is late in the model. [s]
+    winged
+        Whether it is a butterfly, with an inverse on either `wing` and none on both.
     resonance
         At which the actuator rings behind the loop, for what shapes its reference; None where none is known. What the
         model simulates does not ring.
@@ -117,6 +119,7 @@ class Model(ABC):
     period: float = 0.0
     dead_time: float = 0.0
     resonance: Resonance | None = None
+    winged: bool = False
     file_kind: ClassVar[str] = "dehyst-model"
     core: ClassVar[str] = ""
 
@@ -139,6 +142,11 @@ class Model(ABC):
     def needs(self) -> tuple[str, ...]:
         """Names of the scheduling signals."""
         return tuple(card.name for card in self.context)
+
+    @property
+    def wing_to_type(self) -> dict[str, str]:
+        """The option of `dehyst compensate` that a butterfly needs, as `command` takes it; {} for other models."""
+        return {"wing": "upper"} if self.winged else {}
 
     @property
     def no_inverse(self) -> str:
@@ -267,6 +275,18 @@ class Model(ABC):
     ) -> Machine:
         """Return the core's block that runs the model, or its inverse, on a machine; `dehyst.block` wraps it."""
         raise ParameterError(self.no_export)
+
+    def wing(self, side: str, outputs: npt.ArrayLike | None = None) -> Model:
+        """Return one wing of a butterfly loop, "upper" or "lower"; for other models there is none.
+
+        Raises
+        ------
+        ParameterError
+            If the model has no wings.
+        """
+        raise ParameterError(
+            f"this {self.family} model is no butterfly and has no wings. Leave the wing (--wing) out."
+        )
 
     @abstractmethod
     def inverse(self) -> Model:

@@ -95,7 +95,7 @@ def _page(fit: Fit, model_file: str | os.PathLike[str] | None) -> Page:
         title += f" and {len(fit.recordings) - 1} more"
     # A model without an inverse is no compensator, however well it fits.
     badge = grade.words
-    if fit.model.no_inverse:
+    if fit.model.no_inverse and not fit.model.winged:
         badge = "for simulation only"
     return Page(
         kind="Hysteresis identification",
@@ -228,7 +228,8 @@ def next_steps(fit: Fit, model_file: str | os.PathLike[str] | None) -> tuple[Ste
             Step("The same in Python", _simulation(fit, name)),
         ]
     else:
-        line = command("compensate", name, "reference.csv", output=_column(rec, "output"), **needs)
+        options = {"output": _column(rec, "output"), **needs, **fit.model.wing_to_type}
+        line = command("compensate", name, "reference.csv", **options)
         steps = [
             Step("The input that makes the actuator follow a reference", line),
             simulate,
@@ -280,8 +281,11 @@ def _compensation(fit: Fit) -> str:
         stepper = (
             f"step = inverse.stepper({_period(fit):g})  # seconds between two samples of your loop"
         )
+    inverse = "model.inverse()"
+    if fit.model.winged:
+        inverse = 'model.wing("upper").inverse()'
     return (
-        "inverse = model.inverse()\n"
+        f"inverse = {inverse}\n"
         f"x = inverse.simulate(reference{_signals(fit)})\n\n"
         "# one sample at a time; the state lives in the stepper\n"
         f"{stepper}\n"

@@ -201,7 +201,8 @@ def inverse_miss(fit: Fit) -> tuple[float, float]:
 
 def _inverse(fit: Fit) -> Judged:
     if fit.model.no_inverse:
-        return Grade.BAD, f"there is none: {fit.model.no_inverse.rstrip('.')}"
+        grade = Grade.CARE if fit.model.winged else Grade.BAD
+        return grade, f"there is none: {fit.model.no_inverse.rstrip('.')}"
     error, gain = fit.certificate.round_trip_error, relative_gain(fit)
     miss, curve = fit.input_error.rms_percent, fit.curve_input.rms_percent
     # A fit that was made by hand has no input error yet.
@@ -349,7 +350,9 @@ def in_words(fit: Fit, judged: tuple[Light, ...]) -> tuple[str, ...]:
         says.append("On the fitted samples a simple curve without hysteresis does as well.")
     elif math.isfinite(times):
         says.append(f"The best curve without hysteresis is {number(times, 2)} times worse.")
-    if fit.model.no_inverse:
+    if fit.model.winged:
+        says.append("It has an inverse on either wing of the loop, and none on both.")
+    elif fit.model.no_inverse:
         says.append(
             "It has no inverse: it predicts what the actuator does, and cannot compensate it."
         )

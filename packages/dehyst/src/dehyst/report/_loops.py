@@ -135,6 +135,9 @@ def _annotate(measured: Loops, loop: MeasuredLoop, axes: Axes) -> None:
         x_place = 0.0
     if measured.output_reference == "zero":
         y_place = 0.0
+    if loop.orientation == "butterfly":
+        valley = loop.saturation_low + loop.saturation_high > 2.0 * y_middle
+        y_place = loop.output_low if valley else loop.output_high
     units = measured.units
     width = f"width {with_unit(loop.width, units['output'])}"
     # The same distance twice would be drawn over itself.
