@@ -31,19 +31,23 @@ class Core:
         return b
 
 
+def log(top=250.0):
+    """Rows of time [us], field [A/m] and flux density [mT]."""
+    phase = 2.0 * np.pi * np.arange(SAMPLES) / SAMPLES
+    tops = np.repeat([1.0, 0.2, 0.06], 2) * top
+    field = np.concatenate([size * np.sin(phase) for size in tops] + [[0.0]])
+    time = PERIOD / SAMPLES * np.arange(field.size)
+    density = Core().density(field) + 1e-4 * np.random.default_rng(1).normal(size=field.size)
+    return np.column_stack([1e6 * time, field, 1e3 * density])
+
+
 def main():
     """Write the log."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("out")
     parser.add_argument("--top", type=float, default=250.0, help="largest field [A/m]")
     arguments = parser.parse_args()
-    phase = 2.0 * np.pi * np.arange(SAMPLES) / SAMPLES
-    tops = np.repeat([1.0, 0.2, 0.06], [2, 2, 2]) * arguments.top
-    field = np.concatenate([top * np.sin(phase) for top in tops] + [[0.0]])
-    time = PERIOD / SAMPLES * np.arange(field.size)
-    density = Core().density(field) + 1e-4 * np.random.default_rng(1).normal(size=field.size)
-    rows = np.column_stack([1e6 * time, field, 1e3 * density])
-    np.savetxt(arguments.out, rows, "%.6g", ",", header="time_us,H [A/m],B [mT]", comments="")
+    np.savetxt(arguments.out, log(arguments.top), "%.6g", ",", header="time_us,H [A/m],B [mT]", comments="")
 
 
 if __name__ == "__main__":

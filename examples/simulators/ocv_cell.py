@@ -8,6 +8,7 @@ Thousands of particles have two phases each: one takes lithium below one potenti
 """
 
 import argparse
+from itertools import pairwise
 
 import numpy as np
 
@@ -47,22 +48,25 @@ class Electrode:
         return self.full & (potential < self.empty)
 
 
+def log(outer=False):
+    """Rows of charge [Ah] and voltage [V]."""
+    turns = [0.02, 0.98, 0.02]
+    if not outer:
+        turns += [0.6, 0.35, 0.6, 0.98, 0.5, 0.7, 0.25, 0.45, 0.02]
+    electrode, rows, random = Electrode(), [], np.random.default_rng(1)
+    for begin, end in pairwise(turns):
+        for x in np.arange(begin, end, np.copysign(STEP, end - begin)):
+            rows.append((CAPACITY * x, electrode.potential(x, end > begin) + RESOLUTION * random.normal()))
+    return np.array(rows)
+
+
 def main():
     """Write the log."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("out")
     parser.add_argument("--outer", action="store_true", help="no partial cycles")
     arguments = parser.parse_args()
-    turns = [0.02, 0.98, 0.02]
-    if not arguments.outer:
-        turns += [0.6, 0.35, 0.6, 0.98, 0.5, 0.7, 0.25, 0.45, 0.02]
-    electrode, rows, charge = Electrode(), [], 0.02
-    random = np.random.default_rng(1)
-    for turn in turns:
-        for x in np.arange(charge, turn, np.copysign(STEP, turn - charge)):
-            rows.append((CAPACITY * x, electrode.potential(x, turn > charge) + RESOLUTION * random.normal()))
-        charge = turn
-    np.savetxt(arguments.out, rows, "%.6f", ",", header="charge [Ah],voltage [V]", comments="")
+    np.savetxt(arguments.out, log(arguments.outer), "%.6f", ",", header="charge [Ah],voltage [V]", comments="")
 
 
 if __name__ == "__main__":
