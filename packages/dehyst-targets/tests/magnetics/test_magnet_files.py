@@ -125,3 +125,6 @@ def test_an_unknown_simulator_is_refused_before_anything_is_read(run, tmp_path):
     status, _, err = run("magnet", str(tmp_path / "core.csv"), "--out", str(tmp_path / "core.xyz"))
     assert status == 2
     assert "--format" in err
+    status, _, err = run("magnet", str(tmp_path / "core.csv"), "--format", "pspice")
+    assert status == 2
+    assert "--out" in err

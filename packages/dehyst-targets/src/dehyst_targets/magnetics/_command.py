@@ -18,6 +18,7 @@ from dehyst.app import (
     table,
 )
 from dehyst.app import kit as app_kit
+from dehyst.errors import OutputError, ParameterError
 from dehyst.files import write_atomically
 from dehyst.report import PageFigure, Panel, PanelLine, chart, require_picture_name
 from dehyst.report import kit as report_kit
@@ -39,6 +40,10 @@ def run_magnet(request: MagnetRequest) -> None:
         require_picture_name(request.figure)
         refuse_existing(request.figure, request.overwrite, own=TITLE)
     form = None
+    if request.out is None and request.format is not None:
+        raise ParameterError(
+            f"--format {request.format:.20} names a simulator, and no file is written for it. Add --out core.lib."
+        )
     if request.out is not None:
         form = format_named(request.format, request.out)
     reading = {"time": request.time, "time_unit": request.time_unit, "dt": request.dt, "sheet": request.sheet,
@@ -73,8 +78,11 @@ def _write(
     refuse_existing(path, overwrite, content=text)
     verified = FORMATS[form].unverified
     if form == "ngspice":
-        difference = run_ngspice(text, fits[FORMATS[form].fit], *core.largest.path)
-        verified = "ngspice is not installed, so it was not run"
+        verified, difference = "ngspice is not installed, so it was not run", None
+        try:
+            difference = run_ngspice(text, fits[FORMATS[form].fit], *core.largest.path)
+        except OutputError as fault:
+            verified = f"{fault}; the file is not to be trusted"
         if difference is not None:
             verified = (
                 f"ngspice ran it along the loop: B within {100.0 * difference:.2g} % of the range"

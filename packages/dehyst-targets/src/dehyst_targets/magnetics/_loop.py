@@ -135,7 +135,7 @@ def core_of(recording: Recording) -> Core:
 
     Examples
     --------
-    Rayleigh's loop B = mu (H +- ...) of area 4/3 nu Hm^3:
+    Rayleigh's loop, B = (mu + nu Hm) H -+ nu/2 (Hm^2 - H^2), has the area 4/3 nu Hm^3:
 
     >>> h = 10.0 * np.sin(np.linspace(0.0, 4.0 * np.pi, 4001))
     >>> way = np.sign(np.gradient(h))

@@ -338,7 +338,7 @@ def _fitted(h: Array, b: Array, pspice: bool, seed: int) -> JilesAtherton:
         error = (modelled - density[:, None]) / np.ptp(density)
         loss = WEIGHT * np.sqrt(field.size) * (_areas(field, modelled) / area - 1.0)
         # What diverges is as wrong as can be, and still a number.
-        return np.clip(np.nan_to_num(np.vstack((error, loss)), nan=1e3), -1e3, 1e3)
+        return np.asarray(np.clip(np.nan_to_num(np.vstack((error, loss)), nan=1e3), -1e3, 1e3))
 
     best = marquardt(left, starts, limits, ROUNDS[0])[:BEST]
     logs = marquardt(left, best, limits, ROUNDS[1])[0]

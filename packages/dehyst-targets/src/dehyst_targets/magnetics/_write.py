@@ -221,13 +221,9 @@ def run_ngspice(text: str, fit: CoreFit, h: Array, b: Array) -> float | None:
             )
             rows = np.loadtxt(Path(folder) / "out.txt")
         except (OSError, ValueError, subprocess.TimeoutExpired) as fault:
-            raise OutputError(
-                f"ngspice does not run the core: {fault}. Nothing was written."
-            ) from None
+            raise OutputError(f"ngspice does not run the core: {fault}") from None
     if rows.ndim != 2 or not math.isfinite(float(rows.sum())):
-        raise OutputError(
-            f"ngspice does not run the core: {ran.stderr[-300:]!r}. Nothing was written."
-        )
+        raise OutputError(f"ngspice does not run the core: {ran.stderr[-300:]!r}")
     simulated = np.interp(time, rows[:, 0], rows[:, 1])
     modelled = fit.model.simulate(h, float(b[0]))
     return float(np.abs(simulated - modelled)[1:].max() / np.ptp(b))
