@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from dehyst import PrandtlIshlinskii
 from dehyst.data import Recording
 from dehyst.errors import ColumnError, ExcitationError, RecordingError
 from dehyst_targets.magnetics import core_of, read_core
@@ -87,3 +88,16 @@ def test_columns_are_taken_by_their_units_then_by_their_names(tmp_path):
     np.savetxt(log, rows, delimiter=",", header="a,b2", comments="")
     with pytest.raises(ColumnError, match="--field"):
         read_core(log)
+
+
+def test_the_loss_of_a_cycle_holds_the_small_loops_in_it():
+    """A rainflow count takes small loops out of the large one; the integral of H dB of the log has them all."""
+    phase = np.linspace(0.0, 6.0 * np.pi, 6001)
+    h = 100.0 * np.sin(phase) + 30.0 * np.sin(9.0 * phase)
+    b = PrandtlIshlinskii([0.0, 5.0, 15.0, 30.0], [1e-3, 1e-3, 1e-3, 1e-3]).simulate(h)
+    core = core_of(Recording(h, b, phase, **UNITS))
+    (loop,) = core.loops.largest[:1]
+    part = (phase >= loop.start) & (phase <= loop.end)
+    integral = np.trapezoid(h[part], core.recording.output[part])
+    assert core.loss == pytest.approx(abs(integral), rel=0.02)
+    assert core.inner_loss > 0.05 * core.loss

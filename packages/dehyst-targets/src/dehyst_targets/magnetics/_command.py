@@ -173,8 +173,13 @@ def _rows(core: Core, figures: dict[str, Any]) -> list[tuple[str, str, str]]:
     if not core.saturated:
         bs = f"above {bs}"
     swing = 0.5 * (largest.output_high - largest.output_low)
+    rows = [("loss", power, at_frequency)]
+    if core.inner_loss > 1e-3 * core.loss:
+        rows.append(
+            ("of it in smaller loops", f"{core.inner_loss:.3g} J/m3", "that lie in the cycle")
+        )
     return [
-        ("loss", power, at_frequency),
+        *rows,
         ("Hc", f"{core.hc:.4g} A/m", about),
         ("Br", f"{core.br:.4g} T", remains),
         ("Bs", bs, "largest B less mu0 H"),

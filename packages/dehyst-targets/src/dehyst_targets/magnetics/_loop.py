@@ -71,8 +71,27 @@ class Core:
 
     @property
     def loss(self) -> float:
-        """Loss of one cycle of the largest loops, the integral of H dB. [J/m3]"""
-        return self.loops.estimates["area"].value
+        """Loss of one cycle, the integral of H dB: the largest loops and all smaller ones within their time. [J/m3]"""
+        return float(np.mean([self._within(loop) for loop in self.loops.largest]))
+
+    @property
+    def inner_loss(self) -> float:
+        """What of `loss` is that of smaller loops within the largest ones. [J/m3]"""
+        return max(0.0, self.loss - float(np.mean([loop.area for loop in self.loops.largest])))
+
+    def _within(self, largest: MeasuredLoop) -> float:
+        # A loop is measured less the loops inside of it, as a rainflow count takes them out.
+        slack = 1e-9 * (largest.end - largest.start)
+        total = 0.0
+        for loop in self.loops.loops:
+            starts_in = loop.start >= largest.start - slack
+            if (
+                loop.recording == largest.recording
+                and starts_in
+                and loop.end <= largest.end + slack
+            ):
+                total += loop.area
+        return total
 
     @property
     def hc(self) -> float:
@@ -95,6 +114,7 @@ class Core:
         smallest = min(closed, key=lambda loop: loop.depth)
         return {
             "loss_J_per_m3": self.loss,
+            "inner_loss_J_per_m3": self.inner_loss,
             "frequency_Hz": _known(self.frequency),
             "loss_W_per_m3": _known(power),
             "centred": self.centred,

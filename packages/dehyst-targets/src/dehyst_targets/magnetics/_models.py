@@ -38,7 +38,7 @@ NUDGE = 1e-5  # of a parameter's logarithm
 LIMITS = np.log(  # of M_s, a, k, c and alpha M_s/3a, in shares of the largest M and H
     [[0.5, 100.0], [0.003, 50.0], [0.001, 20.0], [1e-4, 0.99], [1e-5, 0.97]]
 )
-ROWS = 60  # of a table
+ROWS = 100  # of a table
 
 
 @dataclass(frozen=True)
@@ -154,8 +154,11 @@ class Tellinen:
 
     @property
     def gap(self) -> float:
-        """What Modelica's element keeps the branches apart where they meet, at either side. [T]"""
-        return 1e-3 * abs(float(self.rising[-1]))
+        """What Modelica's element adds at either side, so that branches that meet stay apart. [T]
+
+        It takes a thousandth of the last row, which is half of the swing where the loop is about zero.
+        """
+        return 5e-4 * float(np.ptp(self.rising))
 
     def simulate(self, field: Array, first: float) -> Array:
         """Return B (T,) along H (T,), from a first B on. [T]"""
