@@ -444,11 +444,11 @@ def magnetic_cores() -> Figure:
     core = runpy.run_path(str(ROOT / "examples" / "simulators" / "ferrite_core.py"))["log"]()
     core = core_of(dehyst.Recording(core[:, 1], core[:, 2], input_unit="A/m", output_unit="mT"))
     figure = Figure(figsize=(9.6, 3.6), layout="constrained")
-    h, b = core.largest.path
+    fits, (h, b) = fit_core(core), core.largest.path
     for panel, key in zip(
         figure.subplots(1, 3, sharey=True), ("chan", "jiles-atherton", "tellinen"), strict=True
     ):
-        fit = fit_core(core)[key]
+        fit = fits[key]
         panel.plot(h, 1e3 * b, color=GREY, lw=3.0)
         panel.plot(h, 1e3 * fit.model.simulate(h, float(b[0])), color=BLUE, lw=1.2)
         panel.set(title=fit.name, xlabel="H [A/m]", xlim=(-100.0, 100.0))

@@ -29,14 +29,15 @@ class Format:
 
 
 FORMATS = {
-    "ltspice": Format(
-        "LTspice", "chan", ".lib", "it was not run in LTspice, which is not free to run here"
-    ),
+    "ltspice": Format("LTspice", "chan", ".lib", "not run in LTspice"),
     "pspice": Format(
-        "PSpice", "pspice", ".lib", "it was not run in PSpice; the equation is that of LEVEL=2"
+        "PSpice",
+        "pspice",
+        ".lib",
+        "not run in PSpice, nor is the equation that was taken for LEVEL=2 checked there",
     ),
     "ngspice": Format("ngspice", "jiles-atherton", ".cir", ""),
-    "modelica": Format("Modelica", "tellinen", ".mo", "it was not run in a Modelica tool"),
+    "modelica": Format("Modelica", "tellinen", ".mo", "not run in a Modelica tool"),
 }
 SIZES = "N turns, A area [m2], Lm magnetic path [m]"
 
