@@ -108,9 +108,9 @@ def ocv_of(
 
     Examples
     --------
-    >>> x = np.abs(np.linspace(-1.0, 1.0, 400))
+    >>> x = np.abs(np.linspace(-1.0, 1.0, 401))
     >>> ocv_of(2.5 * x, 0.4 - 0.3 * x).turns
-    (0, 199, 399)
+    (0, 200, 400)
     """
     q, u = np.asarray(charge, dtype=np.float64), np.asarray(voltage, dtype=np.float64)
     low, high = stoichiometry

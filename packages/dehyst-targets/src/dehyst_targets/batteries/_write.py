@@ -30,6 +30,7 @@ def pybamm_file(fit: OcvFit, electrode: str, state: float, about: str = "") -> s
 
     Examples
     --------
+    >>> import numpy as np
     >>> ends = np.array([0.0, 1.0])
     >>> fit = OcvFit(ends, 0.5 - 0.4 * ends, 0.6 - 0.4 * ends, (40.0, 30.0), 0.0, 0.0, 0.0)
     >>> "lithiation hysteresis decay rate" in pybamm_file(fit, "negative", -1.0)

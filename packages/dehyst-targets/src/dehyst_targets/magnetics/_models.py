@@ -58,7 +58,7 @@ class JilesAtherton:
     --------
     >>> h = 200.0 * np.sin(np.linspace(0.0, 4.5 * np.pi, 2001))
     >>> b = JilesAtherton(3.5e5, 15.0, 20.0, 0.1, 5e-5).simulate(h, 0.0)
-    >>> 0.38 < b.max() < 0.44
+    >>> bool(0.38 < b.max() < 0.44)
     True
     """
 
