@@ -58,7 +58,7 @@ def run_battery(request: BatteryRequest) -> None:
         default = default_error(log)
     if request.out is not None:
         state = fit.start(float(log.x[0]), float(log.voltage[0]))
-        about = f"From {log.name}; rms {1e3 * fit.error:.2g} mV."
+        about = f"From {visible(log.name)}; rms {1e3 * fit.error:.2g} mV."
         text = pybamm_file(
             fit, request.electrode, state, about.replace('"', "'").replace("\\", "/")
         )
