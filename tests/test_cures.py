@@ -23,7 +23,7 @@ from generate.findings import SOURCE, TEXTS, codes_in
 
 SAID = re.compile(r"warning ([a-z-]+): (.*?)(?=\n\s*\n|\nwarning |\Z)", re.S)
 NAMES_SOMETHING = re.compile(
-    r"(?<![\w-])--[a-z][a-z-]+|dehyst (?:design|compare|inspect|identify|muscle|backlash|valve)\b"
+    r"(?<![\w-])--[a-z][a-z-]+|dehyst (?:design|compare|inspect|identify|muscle|backlash|valve|magnet|battery)\b"
 )
 # A slice of them that takes a few seconds; the others are marked slow.
 QUICK = {

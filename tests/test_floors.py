@@ -76,6 +76,20 @@ INNER = {  # floors inside large rooms and inside the packages beside the kernel
         {"_figure"},
         {"_command"},
     ),
+    "dehyst_targets/magnetics": (
+        {"_policy", "_requests"},
+        {"_loop"},
+        {"_models"},
+        {"_write"},
+        {"_command"},
+    ),
+    "dehyst_targets/batteries": (
+        {"_policy", "_requests"},
+        {"_ocv"},
+        {"_fit"},
+        {"_write"},
+        {"_command"},
+    ),
     "dehyst_targets": ({"iec", "wrapped"}, {"st", "fmu", "rust", "ada"}, {"fmu2", "fmu3"}),
     "dehyst_studio": (
         {"live", "strays", "requests"},

@@ -136,6 +136,8 @@ WRITING = {
     "design": ("--out", "made.csv"),
     "backlash": ("--sheet", "made.csv", "--gcode", "made.ngc"),
     "valve": ("--test", "made.csv"),
+    "magnet": ("--out", "made.cir"),
+    "battery": ("--out", "made.py"),
     "sweep": ("--out", "made.csv", "--figure", "made.svg"),
     "reproduce": ("--out", "made", "--json", "made.json"),
 }

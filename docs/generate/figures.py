@@ -23,6 +23,8 @@ import dehyst
 from dehyst.data import measure_loops, sensor_data_sheet
 from dehyst.io import example_recording
 from dehyst_targets.backlash import AxisReadings, lost_motion, make_table, plan_measurement
+from dehyst_targets.batteries import fit_ocv, ocv_of
+from dehyst_targets.magnetics import core_of, fit_core
 from dehyst_targets.valves import ControlLoop, judge_valve
 from generate import bouc_wen, demo, model_figures, reviewed, speed, which_model
 from generate.joint import respond
@@ -437,6 +439,42 @@ def valves() -> Figure:
     return figure
 
 
+def magnetic_cores() -> Figure:
+    """The simulated ferrite of the how-to: its loop, and the models of three simulators."""
+    core = runpy.run_path(str(ROOT / "examples" / "simulators" / "ferrite_core.py"))["log"]()
+    core = core_of(dehyst.Recording(core[:, 1], core[:, 2], input_unit="A/m", output_unit="mT"))
+    figure = Figure(figsize=(9.6, 3.6), layout="constrained")
+    fits, (h, b) = fit_core(core), core.largest.path
+    for panel, key in zip(
+        figure.subplots(1, 3, sharey=True), ("chan", "jiles-atherton", "tellinen"), strict=True
+    ):
+        fit = fits[key]
+        panel.plot(h, 1e3 * b, color=GREY, lw=3.0)
+        panel.plot(h, 1e3 * fit.model.simulate(h, float(b[0])), color=BLUE, lw=1.2)
+        panel.set(title=fit.name, xlabel="H [A/m]", xlim=(-100.0, 100.0))
+    figure.axes[0].set_ylabel("B [mT]")
+    return figure
+
+
+def battery_voltage() -> Figure:
+    """The simulated electrode of the how-to: its branches, and partial cycles with the model of one state."""
+    log = ocv_of(*runpy.run_path(str(ROOT / "examples" / "simulators" / "ocv_cell.py"))["log"]().T)
+    fit, figure = fit_ocv(log), Figure(figsize=(9.6, 3.6), layout="constrained")
+    left, right = figure.subplots(1, 2, sharey=True)
+    left.plot(log.x, log.voltage, color=GREY, lw=0.8)
+    left.plot(fit.x, fit.delithiation, color=ORANGE, label="delithiation")
+    left.plot(fit.x, fit.lithiation, color=BLUE, label="lithiation")
+    left.set(title="branches", xlabel="x in the electrode", ylabel="U [V]")
+    left.legend()
+    minor = log.minor
+    right.plot(log.x[minor], log.voltage[minor], ".", ms=2, color=GREY, label="measured")
+    modelled = fit.simulate(log.x, fit.start(float(log.x[0]), float(log.voltage[0])))
+    right.plot(log.x[minor], modelled[minor], ".", ms=2, color=BLUE, label="one state")
+    right.set(title="partial cycles", xlabel="x in the electrode")
+    right.legend(markerscale=4)
+    return figure
+
+
 def another_signal() -> Figure:
     """Loops of the warm actuator of the how-to at three temperatures, with and without the temperature in the model."""
     rig = runpy.run_path(str(ROOT / "examples" / "warm_actuator.py"))
@@ -621,6 +659,8 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "excitation": excitation,
     "backlash": backlash,
     "valves": valves,
+    "magnetic-cores": magnetic_cores,
+    "battery-voltage": battery_voltage,
     "another-signal": another_signal,
     "resonance": resonance,
     "speed": speed_over_operators,

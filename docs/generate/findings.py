@@ -43,6 +43,8 @@ ROOMS = {
     "Muscles": MUSCLES,
     "Backlash": BACKLASH,
     "Valves": VALVES,
+    "Cores": PACKAGES[1] / "magnetics",
+    "Batteries": PACKAGES[1] / "batteries",
 }
 
 
@@ -967,6 +969,30 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "The controller output stands at an end of its span in {SATURATED:%} of the samples or more. There the "
             "valve is not moved.",
             "Export a time in which the loop works within its span.",
+        ),
+    },
+    "Cores: a measured B-H loop": {
+        "core-offset": (
+            "B does not swing about zero although H does, by more than {OFFSET:%} of half the swing: the integral of a "
+            "voltage has no zero of its own. The middle is taken out.",
+            "None.",
+        ),
+        "core-biased": (
+            "H and B do not swing about zero. Hc and Br are then half the widths of this loop, not of the material; "
+            "LTspice and Modelica ask for a loop about zero.",
+            "Log a loop about zero.",
+        ),
+        "core-unsaturated": (
+            "At its tips the loop rises {SATURATED:.0f} times as steeply as vacuum or more: it is not saturated. Bs is "
+            "a lower bound, and Hc and Br grow with the amplitude.",
+            "Log a larger field, or use the model within this one.",
+        ),
+    },
+    "Batteries: an open-circuit voltage": {
+        "ocv-no-partial-cycles": (
+            "Fewer than {FEWEST_MINOR} samples lie outside of the outer loop. How soon the voltage changes branches "
+            "after a turn is not known, and PyBaMM asks for it.",
+            "Log partial cycles, or type the rate: `--decay 50`.",
         ),
     },
 }

@@ -16,7 +16,7 @@ from dehyst.files import write_atomically
 from dehyst.io import example_recording, write_csv
 from dehyst_robot.experiments import PlantResult, Reproduction, run_sweep
 from dehyst_robot.experiments._results import TRIALS
-from simulated_loops import valve_loop
+from simulated_loops import core_loop, open_circuit, valve_loop
 
 X, Y = "pressure_difference_bar", "angle_deg"
 PAIR = ("--input", X, "--output", Y)
@@ -41,6 +41,8 @@ COMMANDS = {
     "muscle": ("muscle", "--list"),
     "backlash": ("backlash", "plan", "--from", "0", "--to", "300"),
     "valve": ("valve", "loop.csv"),
+    "magnet": ("magnet", "core.csv"),
+    "battery": ("battery", "ocv.csv"),
     "design": ("design", "--range", "-30", "30", "--unit", "deg"),
     "sweep": ("sweep", "sweep.toml", "--workers", "0"),
     "reproduce": ("reproduce", "--quick"),
@@ -74,6 +76,8 @@ def make_folder(place):
     (place / "sweep.toml").write_text(SWEEP)
     (place / "axis.csv").write_text(AXIS)
     write_csv(place / "loop.csv", valve_loop(samples=1000))
+    write_csv(place / "core.csv", core_loop())
+    write_csv(place / "ocv.csv", open_circuit())
     return place
 
 

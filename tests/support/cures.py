@@ -499,6 +499,13 @@ def valve_shares(folder):
     write_csv(folder / "loop.csv", columns)
 
 
+def outer_cycle(folder):
+    """A slow full cycle of an electrode, and no partial one."""
+    x = np.abs(np.linspace(-1.0, 1.0, 401))
+    gap = 0.1 * np.sign(np.linspace(-1.0, 1.0, 401)) * np.sin(np.pi * x)
+    write_csv(folder / "ocv.csv", {"charge [Ah]": 1.0 - x, "voltage [V]": 0.3 + 0.2 * x + gap})
+
+
 TWO_FILES = "identify u.csv:volt y.csv:angle --family pi --n 10"
 IDENTIFY = f"identify log.csv {PAIR}"
 AXIS = "backlash table m.csv --machine marlin"
@@ -964,6 +971,7 @@ CURES: dict[str, list[Cure]] = {
     "closed-loop": [
         Cure(closed_loop, "inspect loop.csv", "dehyst design --range .*?csv", "{named}", "runs"),
     ],
+    "ocv-no-partial-cycles": [Cure(outer_cycle, "battery ocv.csv", "--decay 50")],
     "valve-span": [Cure(valve_shares, "valve loop.csv", "--span 0 100", "{line} {named}")],
     "backlash-unit": [
         Cure(axis_sheet(unit="", factor=1.0 / 25.4), AXIS, "--unit in"),

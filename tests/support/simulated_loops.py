@@ -1,6 +1,7 @@
-"""Simulated control loops: those of examples/simulators/valve_loop.py, and a servo with a reference."""
+"""Simulated loops: valves of examples/simulators/valve_loop.py, a servo with a reference, a core, an electrode."""
 
 import functools
+import itertools
 import runpy
 
 import numpy as np
@@ -47,3 +48,26 @@ def servo_log(noise=0.1, closed=True, samples=3000, proportional=0.3, integral=0
         "command_V": command,
         "measured_mm": measured,
     }
+
+
+def core_loop(samples=200, top=200.0):
+    """Columns of two cycles of a core: a curve that saturates, run through later the way back."""
+    field = top * np.sin(np.linspace(0.0, 4.0 * np.pi, samples))
+    late = field - 12.0 * np.sign(np.cos(np.linspace(0.0, 4.0 * np.pi, samples))) * (
+        1.0 - (field / top) ** 2
+    )
+    density = 0.4 * np.tanh(late / 50.0)
+    return {"time_s": 1e-5 * np.arange(samples), "H [A/m]": field, "B [T]": density}
+
+
+def open_circuit(rate=40.0, turns=(0.0, 1.0, 0.0, 0.6, 0.3, 0.6)):
+    """Columns of charge and voltage of an electrode whose hysteresis has one state of this decay rate."""
+    parts = [np.linspace(a, b, 150, endpoint=False) for a, b in itertools.pairwise(turns)]
+    x, state = np.concatenate(parts), -1.0
+    voltage = np.empty(x.size)
+    for k in range(x.size):
+        move = x[k] - x[k - 1] if k else 0.0
+        side = -np.sign(move) or -1.0
+        state = side + (state - side) * np.exp(-0.5 * rate * abs(move))
+        voltage[k] = 0.5 - 0.4 * x[k] + 0.05 * state * np.sin(np.pi * x[k])
+    return {"charge [Ah]": 2.0 * x, "voltage [V]": voltage}

@@ -16,9 +16,10 @@ from dehyst.arrays import Array
 from dehyst.data import gap_limit, is_even
 from dehyst.errors import ColumnError, ParameterError, RecordingError
 from dehyst.findings import Finding
-from dehyst.io import inspect_log, read_columns
+from dehyst.io import read_columns
 from dehyst.shell import command, visible
 from dehyst.units import words
+from dehyst_targets.columns import columns_of
 from dehyst_targets.valves._policy import POLICY
 
 ROLES = ("setpoint", "output", "measurement", "position")
@@ -276,14 +277,7 @@ def _columns(
     columns = {role: name for role, name in typed.items() if name is not None}
     if "output" in columns and ("measurement" in columns or "position" in columns):
         return columns
-    choices = {key: reading[key] for key in ("run", "time_unit", "dt", "sheet") if key in reading}
-    names = [column.name for column in inspect_log(path, **choices).columns]
-    for role, role_words in NAMES.items():
-        fitting = [
-            name for name in names if role_words & set(words(name)) and name not in columns.values()
-        ]
-        if role not in columns and len(fitting) == 1:
-            columns[role] = fitting[0]
+    columns, names = columns_of(path, typed, NAMES, reading)
     if "output" in columns and ("measurement" in columns or "position" in columns):
         return columns
     line = command("valve", Path(path), setpoint="SP", output="OP", measurement="PV")

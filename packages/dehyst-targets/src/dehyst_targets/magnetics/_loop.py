@@ -1,0 +1,305 @@
+"""Reads a B-H log in whatever units, and tells loss, Hc, Br, Bs and permeabilities of its loops."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dehyst.arrays import Array
+from dehyst.data import Loops, MeasuredLoop, Recording, measure_loops
+from dehyst.errors import ColumnError, RecordingError
+from dehyst.findings import Finding
+from dehyst.io import read_log
+from dehyst.shell import command, visible
+from dehyst.units import FIELD_UNITS
+from dehyst_targets.columns import columns_of
+from dehyst_targets.magnetics._policy import POLICY
+
+MU_0 = 4e-7 * math.pi  # [H/m]
+DIMENSIONS = {"field": "magnetic field", "density": "flux density"}
+UNITS = {role: FIELD_UNITS[dimension] for role, dimension in DIMENSIONS.items()}
+NAMES = {"field": frozenset({"h"}), "density": frozenset({"b"})}
+
+
+@dataclass(frozen=True, eq=False)
+class Core:
+    """A measured core: field and flux density in SI, and what its loops say.
+
+    Attributes
+    ----------
+    recording
+        Input H [A/m], output B [T].
+    loops
+        Of `dehyst.data.measure_loops`.
+    bs
+        Largest polarisation at the tips of the largest loop, B - mu_0 H; a lower bound of Bs unless `saturated`. [T]
+    saturated
+        Whether the loop is nearly as flat as vacuum at its tips.
+    frequency
+        Of the largest loops, NaN without time. [Hz]
+    findings
+        Of reading and of the loop.
+    """
+
+    recording: Recording
+    loops: Loops
+    bs: float
+    saturated: bool
+    frequency: float
+    findings: tuple[Finding, ...]
+
+    @property
+    def largest(self) -> MeasuredLoop:
+        """The loop that models are fitted to."""
+        return self.loops.largest[0]
+
+    @property
+    def smaller(self) -> list[MeasuredLoop]:
+        """Loops that go less far than the largest one."""
+        limit = POLICY.smaller * self.largest.depth
+        return [loop for loop in self.loops.loops if loop.depth < limit and loop.closes]
+
+    @property
+    def centred(self) -> bool:
+        """Whether both signals swing about zero, as Hc, Br and Bs ask for."""
+        return self.loops.input_reference == self.loops.output_reference == "zero"
+
+    @property
+    def loss(self) -> float:
+        """Loss of one cycle, the integral of H dB: the largest loops and all smaller ones within their time. [J/m3]"""
+        return float(np.mean([self._within(loop) for loop in self.loops.largest]))
+
+    @property
+    def inner_loss(self) -> float:
+        """What of `loss` is that of smaller loops within the largest ones. [J/m3]"""
+        return max(0.0, self.loss - float(np.mean([loop.area for loop in self.loops.largest])))
+
+    def _within(self, largest: MeasuredLoop) -> float:
+        # A loop is measured less the loops inside of it, as a rainflow count takes them out.
+        slack = 1e-9 * (largest.end - largest.start)
+        total = 0.0
+        for loop in self.loops.loops:
+            starts_in = loop.start >= largest.start - slack
+            if (
+                loop.recording == largest.recording
+                and starts_in
+                and loop.end <= largest.end + slack
+            ):
+                total += loop.area
+        return total
+
+    @property
+    def hc(self) -> float:
+        """Half the distance of the two fields at which B passes zero. [A/m]"""
+        return self.loops.estimates["coercivity"].value
+
+    @property
+    def br(self) -> float:
+        """Half the distance of the two flux densities at H = 0. [T]"""
+        return self.loops.estimates["remanence"].value
+
+    def permeability(self, loop: MeasuredLoop) -> float:
+        """Amplitude permeability of a loop: swing of B over mu_0 times swing of H. [-]"""
+        return (loop.output_high - loop.output_low) / (MU_0 * loop.depth)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the figures as plain values; None for what is not known."""
+        power = self.loss * self.frequency
+        closed = [loop for loop in self.loops.loops if loop.closes] or [self.largest]
+        smallest = min(closed, key=lambda loop: loop.depth)
+        return {
+            "loss_J_per_m3": self.loss,
+            "inner_loss_J_per_m3": self.inner_loss,
+            "frequency_Hz": _known(self.frequency),
+            "loss_W_per_m3": _known(power),
+            "centred": self.centred,
+            "Hc_A_per_m": self.hc,
+            "Br_T": self.br,
+            "Bs_T": self.bs,
+            "saturated": self.saturated,
+            "amplitude_permeability": self.permeability(self.largest),
+            "smallest_loop_T": 0.5 * (smallest.output_high - smallest.output_low),
+            "smallest_loop_permeability": self.permeability(smallest),
+            "maximum_permeability": max(map(self.permeability, closed)),
+            "loops": self.loops.count,
+        }
+
+
+def _known(value: float) -> float | None:
+    if math.isfinite(value):
+        return value
+    return None
+
+
+def core_of(recording: Recording) -> Core:
+    """Return the figures of a core.
+
+    Parameters
+    ----------
+    recording
+        Input H in `input_unit` (A/m, kA/m, A/cm, Oe), output B in `output_unit` (T, mT, G, kG), at least one cycle.
+
+    Raises
+    ------
+    ColumnError
+        If the units are those of B and H exchanged, or none.
+    RecordingError
+        If B is larger than any core's.
+    ExcitationError
+        If there is no closed loop.
+
+    Examples
+    --------
+    Rayleigh's loop, B = (mu + nu Hm) H -+ nu/2 (Hm^2 - H^2), has the area 4/3 nu Hm^3:
+
+    >>> h = 10.0 * np.sin(np.linspace(0.0, 4.0 * np.pi, 4001))
+    >>> way = np.sign(np.gradient(h))
+    >>> b = (1e-3 + 1e-5 * 10.0) * h - way * 0.5e-5 * (100.0 - h**2)
+    >>> core = core_of(Recording(h, b, input_unit="A/m", output_unit="T"))
+    >>> round(core.loss / (4.0 / 3.0 * 1e-5 * 1000.0), 3), core.saturated
+    (1.0, False)
+    """
+    record, findings = _in_si(recording), list(recording.findings)
+    if float(np.abs(record.output).max()) > POLICY.most_density:
+        raise RecordingError(
+            f"B reaches {float(np.abs(record.output).max()):.3g} T, and no core carries more than 2.4 T: the unit is "
+            f"another one. Type it: --density-unit mT, or G.",
+            largest=float(np.abs(record.output).max()),
+        )
+    loops = measure_loops(record)
+    h, b = loops.largest[0].path
+    middle_h, half_h = _middle(h)
+    middle_b, half_b = _middle(b)
+    if abs(middle_h) < POLICY.even * half_h and abs(middle_b) > POLICY.offset * half_b:
+        findings.append(
+            Finding(
+                "core-offset",
+                f"B swings about {middle_b:.3g} T although H swings about zero: the integral of a voltage has no zero "
+                f"of its own. {middle_b:.3g} T are taken out.",
+            )
+        )
+        record = replace(record, output=record.output - middle_b)
+        loops = measure_loops(record)
+        h, b = loops.largest[0].path
+    slope = _tip_slope(h, b) / MU_0
+    saturated = slope < POLICY.saturated
+    bs = float(np.abs(b - MU_0 * h).max())
+    core = Core(record, loops, bs, saturated, _frequency(loops, record), ())
+    if not core.centred:
+        findings.append(
+            Finding(
+                "core-biased",
+                f"H swings about {middle_h:.3g} A/m and B about {middle_b:.3g} T, not about zero: Hc and Br are half "
+                f"the widths of this loop, and none of the material. For a core model log a loop about zero.",
+            )
+        )
+    if not saturated:
+        findings.append(
+            Finding(
+                "core-unsaturated",
+                f"at its tips the loop rises {slope:.0f} times as steeply as vacuum, so it is not saturated: Bs is at "
+                f"least {bs:.3g} T, and Hc and Br grow with the amplitude. Log a larger field, or use the model within "
+                f"this one.",
+            )
+        )
+    return replace(core, findings=tuple(findings))
+
+
+def _middle(values: Array) -> tuple[float, float]:
+    low, high = float(values.min()), float(values.max())
+    return 0.5 * (low + high), 0.5 * (high - low)
+
+
+def _tip_slope(h: Array, b: Array) -> float:
+    """Rise of B over the last tenth of the field at both tips, the steeper of both. [H/m]"""
+    width = 0.1 * float(np.ptp(h))
+    slopes = []
+    for part in (h > h.max() - width, h < h.min() + width):
+        slopes.append(float(np.ptp(b[part])) / width)
+    return max(slopes)
+
+
+def _frequency(loops: Loops, record: Recording) -> float:
+    if record.time is None:
+        return math.nan
+    return 1.0 / float(np.mean([loop.end - loop.start for loop in loops.largest]))
+
+
+def _in_si(recording: Recording) -> Recording:
+    factors = []
+    signals = (("field", "density", recording.input_name, recording.input_unit),
+               ("density", "field", recording.output_name, recording.output_unit))  # fmt: skip
+    for role, other, name, unit in signals:
+        if unit in UNITS[other]:
+            raise ColumnError(
+                f"the column of the {DIMENSIONS[role]}, {visible(name)}, is in {unit}, a unit of the "
+                f"{DIMENSIONS[other]}: H and B are exchanged. Exchange --field and --density.",
+                unit=unit,
+            )
+        if unit not in UNITS[role]:
+            raise ColumnError(
+                f"the unit of the {DIMENSIONS[role]}, {visible(name)}, is not known, and loss and parameters hang on "
+                f"it. Type it: --{role}-unit {next(iter(UNITS[role]))}, or another of {', '.join(UNITS[role])}.",
+                unit=unit,
+            )
+        factors.append(UNITS[role][unit])
+    return replace(
+        recording,
+        input=factors[0] * recording.input,
+        output=factors[1] * recording.output,
+        input_name="H",
+        output_name="B",
+        input_unit="A/m",
+        output_unit="T",
+    )
+
+
+def read_core(
+    path: str | PathLike[str],
+    *,
+    field: str | None = None,
+    density: str | None = None,
+    field_unit: str | None = None,
+    density_unit: str | None = None,
+    **reading: Any,
+) -> Core:
+    """Read a B-H log and return the figures of its core.
+
+    Parameters
+    ----------
+    path
+        Log file of any format that `dehyst.read_log` reads.
+    field, density
+        Columns of H and B; by default those with a unit of field and of flux density, or called H and B.
+    field_unit, density_unit
+        Where the log does not say them.
+    **reading
+        `time`, `time_unit`, `run`, `start`, `stop`, `dt` and `sheet`, as for `dehyst.read_log`.
+
+    Raises
+    ------
+    LogError, ColumnError
+        If the file cannot be read, or does not say which column is which.
+    RecordingError, ExcitationError
+        As `core_of`.
+    """
+    typed = {"field": field, "density": density}
+    columns, names = columns_of(path, typed, NAMES, reading, UNITS)
+    if len(columns) < 2:
+        line = command("magnet", Path(path), field="H", density="B")
+        raise ColumnError(
+            f"the columns of {visible(Path(path).name)} do not say which one is the field and which one the flux "
+            f"density: {', '.join(map(visible, names))}. Name them, as in {line}",
+            columns=names,
+        )
+    record = read_log(path, columns["field"], columns["density"], **reading)
+    if field_unit is not None:
+        record = replace(record, input_unit=field_unit)
+    if density_unit is not None:
+        record = replace(record, output_unit=density_unit)
+    return core_of(record)

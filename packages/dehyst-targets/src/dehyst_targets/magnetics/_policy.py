@@ -1,0 +1,28 @@
+"""The thresholds by which a measured core is judged: one record, each with its reason."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class CorePolicy:
+    """Numbers that decide what is said of a B-H loop.
+
+    Shares are between 0 and 1.
+    """
+
+    # The tips are saturated where the loop rises by no more than this times vacuum; soft cores rise a hundred times
+    # more steeply before. [-]
+    saturated: float = 30.0
+    # A loop is driven evenly if the middle of its field is within this share of half its range.
+    even: float = 0.02
+    # The integral of a voltage has no zero of its own: an offset above this share of half the swing is taken out.
+    offset: float = 0.01
+    # No core carries more: iron saturates at 2.2 T, iron-cobalt at 2.4 T. [T]
+    most_density: float = 5.0
+    # A loop that goes less far than this share of the largest one is a smaller loop.
+    smaller: float = 0.9
+
+
+POLICY = CorePolicy()
