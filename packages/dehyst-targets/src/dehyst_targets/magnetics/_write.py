@@ -19,7 +19,7 @@ from dehyst_targets.magnetics._models import Chan, CoreFit, JilesAtherton, Telli
 
 
 @dataclass(frozen=True)
-class Format:
+class CoreFormat:
     """A simulator: the key of the model in `fit_core` that it runs, ending of its files, and what was not verified."""
 
     title: str
@@ -29,15 +29,15 @@ class Format:
 
 
 FORMATS = {
-    "ltspice": Format("LTspice", "chan", ".lib", "not run in LTspice"),
-    "pspice": Format(
+    "ltspice": CoreFormat("LTspice", "chan", ".lib", "not run in LTspice"),
+    "pspice": CoreFormat(
         "PSpice",
         "pspice",
         ".lib",
         "not run in PSpice, nor is the equation that was taken for LEVEL=2 checked there",
     ),
-    "ngspice": Format("ngspice", "jiles-atherton", ".cir", ""),
-    "modelica": Format("Modelica", "tellinen", ".mo", "not run in a Modelica tool"),
+    "ngspice": CoreFormat("ngspice", "jiles-atherton", ".cir", ""),
+    "modelica": CoreFormat("Modelica", "tellinen", ".mo", "not run in a Modelica tool"),
 }
 SIZES = "N turns, A area [m2], Lm magnetic path [m]"
 

@@ -143,7 +143,7 @@ def _turn(profile: Array) -> int | None:
 
 
 @dataclass(frozen=True, eq=False)
-class _Search:
+class _ButterflySearch:
     """Rows of the problem: columns (K, p) that rise, outputs (K,), both times the root of what a row counts."""
 
     columns: Columns
@@ -274,12 +274,14 @@ def fit_butterfly(training: Training) -> ElementModel:
     )
 
 
-def _search_of(training: Training, groups: tuple[str, ...], start: str) -> _Search:
+def _search_of(training: Training, groups: tuple[str, ...], start: str) -> _ButterflySearch:
     columns = columns_of(groups, 8, None)
     signals = [stretch.x for stretch in training.stretches]
     rows = data_kit.spread_rows(signals, [stretch.counts for stretch in training.stretches], ROWS)
     bank = row_bank(training, "forward", columns, start, rows)
-    return _Search(columns, bank.values, bank.output, np.sqrt(bank.weight / np.mean(bank.weight)))
+    return _ButterflySearch(
+        columns, bank.values, bank.output, np.sqrt(bank.weight / np.mean(bank.weight))
+    )
 
 
 def _first_play(training: Training) -> tuple[str, Array]:
@@ -300,7 +302,7 @@ def _first_play(training: Training) -> tuple[str, Array]:
     return best[1], best[2]
 
 
-def _folded(search: _Search, z: Array, valley: bool) -> tuple[Array, Array]:
+def _folded(search: _ButterflySearch, z: Array, valley: bool) -> tuple[Array, Array]:
     """Return knots and values of the map that falls on one side of its turn, and rises on the other."""
     sign = 1.0 if valley else -1.0
     g = sign * search.map_of(z)[0]
