@@ -24,7 +24,6 @@ from dehyst.files import write_atomically
 from dehyst.identification import identify
 from dehyst.report import PageFigure, Panel, PanelLine, chart, require_picture_name
 from dehyst.report import kit as report_kit
-from dehyst.report.kit import DATA, MODEL, TEST, TRAIN
 from dehyst.shell import command, visible
 from dehyst_targets.batteries._fit import OcvFit, fit_ocv
 from dehyst_targets.batteries._ocv import OcvLog, read_ocv
@@ -153,9 +152,9 @@ def write_ocv_figure(path: Path, log: OcvLog, fit: OcvFit) -> Path:
         If the ending is another one, or the file cannot be written.
     """
     lines = [
-        PanelLine(log.x, log.voltage, DATA, "measured", width=0.8),
-        PanelLine(fit.x, fit.lithiation, TRAIN, "lithiation"),
-        PanelLine(fit.x, fit.delithiation, TEST, "delithiation"),
+        PanelLine(log.x, log.voltage, report_kit.DATA, "measured", width=0.8),
+        PanelLine(fit.x, fit.lithiation, report_kit.TRAIN, "lithiation"),
+        PanelLine(fit.x, fit.delithiation, report_kit.TEST, "delithiation"),
     ]
     panels = [
         Panel(
@@ -169,8 +168,8 @@ def write_ocv_figure(path: Path, log: OcvLog, fit: OcvFit) -> Path:
         part = slice(int(minor[0]), int(minor[-1]) + 1)
         modelled = fit.simulate(log.x, fit.start(float(log.x[0]), float(log.voltage[0])))
         two = [
-            PanelLine(log.x[part], log.voltage[part], DATA, "measured", width=2.0),
-            PanelLine(log.x[part], modelled[part], MODEL, "one-state"),
+            PanelLine(log.x[part], log.voltage[part], report_kit.DATA, "measured", width=2.0),
+            PanelLine(log.x[part], modelled[part], report_kit.MODEL, "one-state"),
         ]
         panels.append(
             Panel(

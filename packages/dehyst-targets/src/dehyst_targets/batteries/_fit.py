@@ -142,6 +142,7 @@ def fit_ocv(log: OcvLog, *, decay: float | None = None) -> OcvFit:
     low, high = np.minimum(low, high), np.maximum(low, high)
     nan = float("nan")
     fit = OcvFit(x, low, high, None, nan, nan, nan)
+    # The curve that a model without hysteresis would use.
     middle = float(
         np.sqrt(np.mean((voltage_of(fit, log.x, np.zeros(log.x.size)) - log.voltage) ** 2))
     )
@@ -179,6 +180,7 @@ def _branch(log: OcvLog, x: Array, lithiation: bool) -> Array:
     means = np.bincount(bins, voltage, x.size)[filled] / counts[filled]
     middles = np.bincount(bins, place, x.size)[filled] / counts[filled]
     curve = np.interp(x, middles, means)
+    # Noise lets a branch rise here and there; the middle of these two bounds never does.
     downward = np.minimum.accumulate(curve)
     upward = np.maximum.accumulate(curve[::-1])[::-1]
     return 0.5 * (downward + upward)
@@ -187,6 +189,7 @@ def _branch(log: OcvLog, x: Array, lithiation: bool) -> Array:
 def _rates(log: OcvLog, fit: OcvFit) -> tuple[float, float]:
     """Least squares over what is outside of the outer loop: a grid of both rates, then finer ones around the best."""
     stride = max(1, log.x.size // SAMPLES)
+    # A turn that is left out would come late, and with it the decay behind it.
     rows = np.unique(np.concatenate((np.arange(0, log.x.size, stride), log.turns)))
     minor = log.minor[rows]
     x, voltage = log.x[rows], log.voltage[rows]
@@ -195,6 +198,7 @@ def _rates(log: OcvLog, fit: OcvFit) -> tuple[float, float]:
     best, width = np.zeros(2), shares[1] - shares[0]
     grid = np.array(np.meshgrid(shares, shares)).reshape(2, -1).T
     for _ in range(1 + FINER):
+        # On the outer loop the state rests at its ends, whatever the rate.
         left = voltage_of(fit, x, _states(x, np.exp(grid), start))[minor] - voltage[minor, None]
         best = grid[int(np.argmin(np.mean(left**2, axis=0)))]
         near = np.linspace(-width, width, 7)

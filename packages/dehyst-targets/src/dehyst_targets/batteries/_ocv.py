@@ -138,6 +138,7 @@ def ocv_of(
             f"the voltage of {name} reaches {np.abs(u).max():.4g} V, which no cell does: it is in mV, or it is the "
             f"other column. Name it with its unit in brackets, or exchange --charge and --voltage."
         )
+    # A slow cycle moves little between two samples.
     jump = float(np.abs(np.diff(q)).max()) / float(np.ptp(q))
     if jump > POLICY.reset:
         raise RecordingError(
@@ -151,6 +152,7 @@ def ocv_of(
     if float(np.corrcoef(share, u)[0, 1]) > 0.0:
         share = 1.0 - share
     x = low + (high - low) * share
+    # What a counter's noise does is no turn.
     turns = turning_points(x, POLICY.turn * float(np.ptp(x)))
     log = OcvLog(x, u, tuple(int(k) for k in turns), name, findings)
     lithiations, delithiations = len(log.outer(True)), len(log.outer(False))
@@ -208,6 +210,7 @@ def read_ocv(
                 f"the column of the {role} is in {read.units[role]}, a unit of the {other}: they are exchanged. "
                 f"Exchange --charge and --voltage."
             )
+    # A column without a unit is taken for volts, and refused above where that cannot be.
     factor = UNITS["voltage"].get(read.units["voltage"], 1.0)
     values = factor * read.values["voltage"]
     return ocv_of(

@@ -22,7 +22,6 @@ from dehyst.errors import OutputError, ParameterError
 from dehyst.files import write_atomically
 from dehyst.report import PageFigure, Panel, PanelLine, chart, require_picture_name
 from dehyst.report import kit as report_kit
-from dehyst.report.kit import DATA, MODEL, MUTED, TEST
 from dehyst.shell import command, visible
 from dehyst_targets.magnetics._loop import Core, read_core
 from dehyst_targets.magnetics._models import CoreFit, fit_core
@@ -30,7 +29,11 @@ from dehyst_targets.magnetics._requests import MagnetRequest
 from dehyst_targets.magnetics._write import FORMATS, core_file, format_named, run_ngspice
 
 TITLE = "dehyst magnet: "  # by which a picture is known that may be drawn anew
-COLOURS = {"jiles-atherton": MODEL, "tellinen": TEST, "chan": MUTED}
+COLOURS = {
+    "jiles-atherton": report_kit.MODEL,
+    "tellinen": report_kit.TEST,
+    "chan": report_kit.MUTED,
+}
 
 
 def run_magnet(request: MagnetRequest) -> None:
@@ -205,7 +208,7 @@ def write_core_figure(path: Path, core: Core, fits: dict[str, CoreFit]) -> Path:
         ("Fitted", ("jiles-atherton", "tellinen")),
         ("As LTspice draws it", ("chan",)),
     ):
-        lines = [PanelLine(h, 1e3 * b, DATA, "measured", width=2.0)]
+        lines = [PanelLine(h, 1e3 * b, report_kit.DATA, "measured", width=2.0)]
         for key in keys:
             if key in fits:
                 modelled = 1e3 * fits[key].model.simulate(h, float(b[0]))

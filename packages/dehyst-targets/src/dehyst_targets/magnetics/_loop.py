@@ -61,6 +61,7 @@ class Core:
     @property
     def smaller(self) -> list[MeasuredLoop]:
         """Loops that go less far than the largest one."""
+        # What goes nearly as far as the largest loop is a repeat of it.
         limit = POLICY.smaller * self.largest.depth
         return [loop for loop in self.loops.loops if loop.depth < limit and loop.closes]
 
@@ -110,6 +111,7 @@ class Core:
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as plain values; None for what is not known."""
         power = self.loss * self.frequency
+        # A loop that drifts open has no swing of its own.
         closed = [loop for loop in self.loops.loops if loop.closes] or [self.largest]
         smallest = min(closed, key=lambda loop: loop.depth)
         return {
@@ -186,8 +188,10 @@ def core_of(recording: Recording) -> Core:
         record = replace(record, output=record.output - middle_b)
         loops = measure_loops(record)
         h, b = loops.largest[0].path
+    # Once all domains have turned, B rises no faster than in vacuum.
     slope = _tip_slope(h, b) / MU_0
     saturated = slope < POLICY.saturated
+    # What vacuum would carry is no part of the material's own flux.
     bs = float(np.abs(b - MU_0 * h).max())
     core = Core(record, loops, bs, saturated, _frequency(loops, record), ())
     if not core.centred:
@@ -235,6 +239,7 @@ def _in_si(recording: Recording) -> Recording:
     signals = (("field", "density", recording.input_name, recording.input_unit),
                ("density", "field", recording.output_name, recording.output_unit))  # fmt: skip
     for role, other, name, unit in signals:
+        # Only the units can tell: a loop turned on its side is a loop, too.
         if unit in UNITS[other]:
             raise ColumnError(
                 f"the column of the {DIMENSIONS[role]}, {visible(name)}, is in {unit}, a unit of the "

@@ -82,6 +82,7 @@ def _run(field: Array, first: float, parameters: Array, pspice: bool) -> Array:
     path = np.empty((fine.size, m.size))
     path[0] = m
     for i, step in enumerate(np.diff(fine).tolist()):
+        # Pinning resists either way, so that its sign is that of the step.
         way = 1.0 if step >= 0.0 else -1.0
         slope = _slope(fine[i], m, way, parameters, pspice)
         after = _slope(fine[i + 1], m + step * slope, way, parameters, pspice)
@@ -101,17 +102,20 @@ def _finer(field: Array) -> tuple[Array, Array]:
 def _slope(h: float, m: Array, way: float, parameters: Array, pspice: bool) -> Array:
     """dM/dH, (P,)."""
     ms, a, k, c, alpha = parameters
+    # Magnetised neighbours add to the field.
     effective = h + alpha * m
     if pspice:
         far = np.abs(effective) + a
         bent, rise = ms * effective / far, ms * a / far**2
     else:
         x = np.clip(effective / a, -300.0, 300.0)
+        # Near zero coth x - 1/x is the small difference of two large numbers; x/3 is its first term.
         near = np.abs(x) < 1e-2
         x = np.where(near, 1.0, x)
         small = effective / a
         bent = ms * np.where(near, small / 3.0, 1.0 / np.tanh(x) - 1.0 / x)
         rise = ms / a * np.where(near, 1.0 / 3.0, 1.0 / x**2 - 1.0 / np.sinh(x) ** 2)
+    # M never moves against the field: the susceptibility would be negative.
     away = np.maximum(way * (bent - m), 0.0)
     pull = away / np.maximum(k - alpha * away, 0.02 * k)
     return np.asarray((pull + c * rise) / (1.0 + c - c * alpha * rise))
@@ -136,6 +140,7 @@ class Tellinen:
     @classmethod
     def of(cls, h: Array, b: Array) -> Tellinen:
         """Return the model whose limiting loop is a measured one, (T,) each, less smaller loops in it."""
+        # A measured path may begin anywhere; its branches begin at the tips.
         start = int(np.argmin(h))
         h, j = np.roll(h, -start), np.roll(b - MU_0 * h, -start)
         top = int(np.argmax(h))
@@ -168,6 +173,7 @@ class Tellinen:
         rising = np.diff(fine) >= 0.0
         moves = np.where(rising, np.diff(low), np.diff(high))
         path = np.empty(fine.size)
+        # A first B outside of the limiting loop would be on no branch.
         j = path[0] = float(np.clip(first - MU_0 * fine[0], low[0], high[0]))
         for i, move in enumerate(moves.tolist()):
             share = self._share(rising[i], j, low[i], high[i])
@@ -276,6 +282,7 @@ def fit_core(core: Core, *, seed: int = 0) -> dict[str, CoreFit]:
         "pspice": ("Jiles-Atherton of PSpice", _fitted(h, b, True, seed)),
         "tellinen": ("Tellinen", Tellinen.of(h, b)),
     }
+    # Both branches of Chan lie evenly about zero.
     if core.centred and core.hc > 0.0 and core.br > 0.0:
         models["chan"] = ("Chan", _chan(h, b, core))
     fits = {}
@@ -314,6 +321,7 @@ def _areas(h: Array, b: Array) -> Array:
 def _chan(h: Array, b: Array, core: Core) -> Chan:
     """Hc and Br as measured, the Bs that fits best beside them."""
     best = (float("inf"), Chan(core.hc, core.br, 2.0 * core.br))
+    # Only one number is left, and a grid cannot miss its best value by much.
     for ratio in np.geomspace(1.02, 30.0, 300).tolist():
         model = Chan(core.hc, core.br, ratio * core.br)
         left = float(np.mean((model.simulate(h, 0.0) - b) ** 2))
@@ -343,6 +351,7 @@ def _fitted(h: Array, b: Array, pspice: bool, seed: int) -> JilesAtherton:
         # What diverges is as wrong as can be, and still a number.
         return np.asarray(np.clip(np.nan_to_num(np.vstack((error, loss)), nan=1e3), -1e3, 1e3))
 
+    # A few steps show which starts lead anywhere; only those are worth the rest.
     best = marquardt(left, starts, limits, ROUNDS[0])[:BEST]
     logs = marquardt(left, best, limits, ROUNDS[1])[0]
     ms, a, k, c, alpha = _natural(logs[None, :], sizes)[:, 0].tolist()
@@ -398,6 +407,7 @@ def marquardt(left: Callable[[Array], Array], starts: Array, limits: Array, roun
         ahead = np.clip(here - step, limits[:, 0], limits[:, 1])
         new = left(ahead)
         error = np.sum(new**2, axis=0)
+        # A step that made it worse is undone, and the next one is shorter.
         better = error < least
         here = np.where(better[:, None], ahead, here)
         residual = np.where(better, new, residual)
