@@ -398,6 +398,8 @@ class Reproduction:
         compensation", "high gains"): columns by name, (N,) each; a column of words is a sequence of str.
     compensators
         Names of all that were run beside "off".
+    alone
+        Plant name -> result of the first joint, the others locked: no figures of the tool.
 
     Examples
     --------
@@ -413,7 +415,13 @@ class Reproduction:
     settings: Mapping[str, Any]
     studies: Mapping[str, Mapping[str, Array | Sequence[str]]] = field(default_factory=dict)
     compensators: tuple[str, ...] = ()
+    alone: Mapping[str, PlantResult] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not self.compensators:
             object.__setattr__(self, "compensators", (self.compensator,))
+
+    @property
+    def everything(self) -> Mapping[str, PlantResult]:
+        """Results of `plants` and, with "alone" behind the name, of `alone`."""
+        return {**self.plants, **{f"{name} alone": plant for name, plant in self.alone.items()}}
