@@ -13,9 +13,9 @@ from dehyst.arrays import Array
 from dehyst.errors import OutputError
 from dehyst.io import write_csv, write_mcap
 from dehyst_robot.control import save_controller
-from dehyst_robot.experiments._calibration import BAR
 from dehyst_robot.experiments._equipment import Equipment
 from dehyst_robot.experiments._results import (
+    BAR,
     JointIdentification,
     PlantResult,
     Reproduction,
