@@ -8,7 +8,7 @@ PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constr
 .PHONY: demo test test-slow test-all machines check docs site bench bench-quick proofs proofs-quick page wheels clean exports
 
 demo: $(VENV)/installed
-	$(BIN)/dehyst reproduce --quick --plant preisach,none --compensator paper,best --out demo
+	$(BIN)/dehyst reproduce --quick --plant preisach,none --alone braid,lugre,pinched,ageing --compensator paper,best --out demo
 
 test: $(VENV)/installed-test
 	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not slow'

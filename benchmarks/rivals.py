@@ -53,12 +53,12 @@ from dehyst_robot.arm import kit as arm_kit
 from dehyst_robot.commands._reproduce import QUICK
 from dehyst_robot.control import InverseCompensator
 from dehyst_robot.experiments import Equipment, JointIdentification, calibrate, equip, plan_path
-from dehyst_robot.experiments._calibration import BAR
 from dehyst_robot.experiments._gains import HOLD_S, MOVE_S, at_pole, highest_pole
 from dehyst_robot.experiments._identification import TIME, identify_compensators
 from dehyst_robot.experiments._output import joint_figures
 from dehyst_robot.experiments._path import PlannedPath
 from dehyst_robot.experiments._recipes import recipe
+from dehyst_robot.experiments._results import BAR
 from dehyst_robot.experiments._trials import learned_trial
 
 OUT = Path(__file__).parents[1] / "docs" / "generate" / "rivals.csv"

@@ -23,6 +23,7 @@ import pytest
 import dehyst
 from dehyst.families import example
 from dehyst.models import model_to_dict
+from dehyst_robot.experiments.kit import TRIALS
 from in_one import in_one
 from places import ROOT
 
@@ -487,13 +488,36 @@ def test_numbers_beside_figures_are_those_of_the_figures():
     assert f"goes to {chosen[-1]:.1f} deg" in limits
 
 
+def readme_row_is_that_of(name, result, trials):
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    row = re.search(rf"(?m)^\| {name} \| (.+?) \| (.+?) \| (.+?) \|", readme)
+    for shown, trial in zip(row.groups(), trials, strict=False):
+        for number, expected in zip(shown.split(" → "), demo.errors(result, trial), strict=True):
+            assert abs(float(number) - expected) <= max(0.02 * expected, 0.0011), (name, trial)
+
+
 @pytest.mark.slow
 def test_numbers_of_the_readme_are_those_of_the_demo():
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    row = re.search(r"(?m)^\| Preisach \| (.+?) \| (.+?) \|", readme)
-    for shown, trial in zip(row.groups(), ("fast", "slow"), strict=True):
-        for number, expected in zip(shown.split(" → "), demo.errors(1, trial), strict=True):
-            assert abs(float(number) - expected) <= max(0.02 * expected, 0.0011)
+    readme_row_is_that_of("Preisach", demo.experiment(), ("fast", "slow"))
+
+
+@pytest.mark.slow
+@pytest.mark.exhaustive  # a minute each
+@pytest.mark.parametrize(
+    ("plant", "name"),
+    [
+        ("braid", "friction of a braid"),
+        ("lugre", "LuGre"),
+        ("pinched", "pinched Bouc-Wen"),
+        ("ageing", "contacts that age"),
+        ("maxwell-slip", "Maxwell slip"),
+        ("dahl", "Dahl"),
+        ("none", "without hysteresis"),
+    ],
+)
+def test_every_row_of_the_readme_is_that_of_its_command(plant, name):
+    result = demo.experiment(plant, TRIALS)
+    readme_row_is_that_of(name, result, TRIALS)
 
 
 @pytest.mark.slow  # beside the test above: one process runs the demo for both

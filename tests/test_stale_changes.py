@@ -24,6 +24,26 @@ def errors():
     return {key: list(seeds.values()) for key, seeds in found.items()}
 
 
+def test_the_page_counts_the_flags_of_the_file():
+    raised = defaultdict(lambda: defaultdict(list))
+    with RESULT.open(encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            if row["compensator"] != "off":
+                for flag in ("stale", "shifted"):
+                    raised[row["change"]][flag].append(bool(row[f"{flag}_s"]))
+    page = PAGE.read_text(encoding="utf-8")
+    table = page.partition("**What is told from what.**")[2].partition("\n\nSo ")[0]
+    rows = [line.strip("| ").split(" | ") for line in table.splitlines() if line.startswith("| ")]
+    assert len(rows) == 9
+    for change, *counts in rows[1:]:
+        flags = raised[change.partition(",")[0]]
+        assert [int(count.partition(",")[0]) for count in counts] == [
+            sum(flags["stale"]),
+            sum(flags["shifted"]),
+        ]
+        assert len(flags["stale"]) == 40
+
+
 def test_best_is_never_above_off_and_below_paper_but_where_the_page_says_why():
     found = errors()
     assert len(found) == 18 * 2 * 2 and len({len(seeds) for seeds in found.values()}) == 1

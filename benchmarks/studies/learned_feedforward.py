@@ -21,8 +21,8 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst_robot.experiments import JointIdentification
-from dehyst_robot.experiments._calibration import BAR
 from dehyst_robot.experiments._identification import HYSTERESIS, OUTPUT, TIME
+from dehyst_robot.experiments._results import BAR
 
 Array = npt.NDArray[np.float64]
 History = Callable[[Array, Array, Array], Array]

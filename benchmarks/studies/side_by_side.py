@@ -30,7 +30,6 @@ from dehyst_robot.experiments import (
     plan_path,
     run_trial,
 )
-from dehyst_robot.experiments._calibration import BAR
 from dehyst_robot.experiments._identification import (
     HYSTERESIS,
     INPUT,
@@ -41,7 +40,7 @@ from dehyst_robot.experiments._identification import (
 from dehyst_robot.experiments._output import joint_figures
 from dehyst_robot.experiments._path import PlannedPath
 from dehyst_robot.experiments._recipes import recipe
-from dehyst_robot.experiments._results import Characteristic
+from dehyst_robot.experiments._results import BAR, Characteristic
 
 Array = npt.NDArray[np.float64]
 

@@ -21,13 +21,13 @@ PLANT, COMPENSATOR, BEST = "preisach", "paper", "best"
 
 
 @cache
-def experiment() -> Reproduction:
-    """Return the fast and the slow trial of the whole arm, as `dehyst reproduce --quick` runs them."""
+def experiment(plant: str = PLANT, trials: tuple[str, ...] = ("fast", "slow")) -> Reproduction:
+    """Return trials of the whole arm on a plant, as `dehyst reproduce --quick` runs them."""
     request = Request(
-        plants=(PLANT,),
+        plants=(plant,),
         compensators=(COMPENSATOR, BEST),
         seeds=(0,),
-        trials=("fast", "slow"),
+        trials=trials,
         studies=False,
     )
     with tempfile.TemporaryDirectory() as folder:
@@ -43,9 +43,10 @@ def run(trial: str, compensator: str) -> TrialRun:
     )
 
 
-def errors(joint: int, trial: str) -> tuple[float, float, float]:
-    """Rms error of a joint without compensator, with the paper's and with the best one. [deg]"""
-    found = experiment().plants[PLANT].figures[0]["joints"][str(joint)]["trials"][trial]
+def errors(result: Reproduction, trial: str) -> tuple[float, float, float]:
+    """Rms error of joint 1 on the first plant without compensator, with the paper's and with the best one. [deg]"""
+    plant = next(iter(result.plants.values()))
+    found = plant.figures[0]["joints"]["1"]["trials"][trial]
     off, paper, best = (found[name]["rms_deg"] for name in ("off", COMPENSATOR, BEST))
     return off, paper, best
 

@@ -139,7 +139,7 @@ def arm() -> Figure:
     right.set(xlim=(0, float(on.time[-1])), ylim=(-high, high))
     for words, value, colour, y in zip(
         ("without compensator", "with compensator"),
-        demo.errors(1, "slow")[:2],
+        demo.errors(demo.experiment(), "slow")[:2],
         (ORANGE, BLUE),
         (0.96, -0.96),
         strict=True,

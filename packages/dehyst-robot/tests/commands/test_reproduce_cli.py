@@ -15,7 +15,13 @@ from dehyst.app import PAGE
 from dehyst.errors import OutputError
 from dehyst_robot.arm import load_robot
 from dehyst_robot.commands._reproduce import QUICK
-from dehyst_robot.experiments import PlantResult, Reproduction
+from dehyst_robot.experiments import (
+    PlantResult,
+    Reproduction,
+    Request,
+    evaluate_point,
+    reproduce,
+)
 from dehyst_robot.experiments.kit import RECIPES
 from dehyst_robot.report import WHY
 from places import ROOT
@@ -51,12 +57,14 @@ def dehyst_reproduce(monkeypatch, capsys, *words):
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
-    """A run of the whole arm on the plant without hysteresis: folder, stdout, stderr."""
+    """A run of the whole arm without hysteresis, and of joint 1 alone with LuGre's: folder, stdout, stderr."""
     folder = tmp_path_factory.mktemp("reproduce")
     words = [
         "--quick",
         "--plant",
         "none",
+        "--alone",
+        "lugre",
         "--joint",
         "1",
         "--out",
@@ -130,7 +138,41 @@ def test_the_settings_tell_everything_that_was_set(figures):
     )
     assert "assumption" in settings["sources"]["joint.1.radius_m"]
     assert {"dehyst", "mujoco", "mink", "numpy"} <= set(settings["versions"])
-    assert settings["command"].startswith("dehyst reproduce --quick --plant none --joint 1")
+    line = "dehyst reproduce --quick --plant none --alone lugre --joint 1"
+    assert settings["command"].startswith(line) and settings["alone"] == ["lugre"]
+
+
+@pytest.mark.slow
+def test_a_joint_alone_is_that_of_a_sweep(tmp_path):
+    short = {**SHORTEST, "calibration.sweep_s": 14.0, "identification.loop_s": 8.0}
+    short |= {"homing.cycles": 4, "path.cube_m": 0.3}
+    names = ("paper", "best")
+    request = Request(("none",), (1,), names, (0,), ("fast",), studies=False, alone=("lugre",))
+    result = reproduce(load_robot(changes=short), request, tmp_path)
+    runs = result.alone["lugre"].figures[0]["joints"]["1"]["trials"]["fast"]
+    point = evaluate_point(
+        {**short, "hysteresis.mechanism": "lugre"}, trials=("fast",), compensators=("off", *names)
+    )
+    assert runs["best"]["rms_deg"] < 0.5 * runs["off"]["rms_deg"]
+    for name, run in runs.items():
+        for key, value in run.items():
+            assert value == pytest.approx(point[f"fast/{name}/{key}"], rel=1e-9)
+    # Nothing of it is among the plants of the whole arm.
+    assert list(result.plants) == ["none"]
+
+
+@pytest.mark.slow
+def test_a_joint_alone_is_shown_without_tool_and_without_logs_of_its_trials(finished, figures):
+    alone = figures["alone"]["lugre"]
+    assert list(alone["joints"]) == ["1"] and alone["tool"] == {}
+    assert set(alone["joints"]["1"]["trials"]) == set(TRIALS)
+    logs = finished[0] / "out" / "logs" / "alone" / "lugre" / "seed0"
+    names = {"identification_joint1", "unseen_joint1"}
+    assert {file.stem for file in logs.glob("*.csv")} == names
+    assert "joint 1 alone, the others locked" in finished[1]
+    page = (finished[0] / "out" / "report.html").read_text(encoding="utf-8")
+    assert "Joint 1 alone on other plants" in page and "the laws of lugre among its terms" in page
+    assert "logs/alone/lugre/seed0/identification_joint1.csv" in page
 
 
 @pytest.mark.slow
@@ -172,9 +214,12 @@ def test_stages_are_told_one_a_line_where_there_is_no_terminal(finished):
         "calibration sweeps (5)",
         "identification (1)",
         "trials (6)",
+        "calibration sweeps, joint 1 alone (1)",
+        "identification, joint 1 alone (1)",
+        "trials, joint 1 alone (6)",
         "report (1)",
     ]
-    assert lines[:5] == stages and "report.html" in lines[-1]
+    assert lines[:8] == stages and "report.html" in lines[-1]
 
 
 @pytest.mark.slow
@@ -259,6 +304,7 @@ def refused(tmp_path, monkeypatch, capsys):
     [
         ("--plant rust", "maxwell-slip, preisach, dahl, braid, lugre, pinched, ageing, none"),
         ("--plant preisach,", "maxwell-slip, preisach, dahl, braid, lugre, pinched, ageing, none"),
+        ("--alone rust", "maxwell-slip, preisach, dahl, braid, lugre, pinched, ageing, none"),
         ("--joint 3", "1, 2, 4"),
         ("--joint one", "a number or all"),
         ("--compensator nothing", "paper, literal, printed, scaled"),
@@ -405,6 +451,15 @@ def test_an_error_that_grows_with_a_compensator_is_said_with_joint_trial_ratio_a
         Reproduction({"dahl": plant}, "best", settings, compensators=("paper", "best"))
     )
     assert not capsys.readouterr().err
+    # A joint that moved alone is warned of as well, under a name of its own.
+    slow = {"off": off, "paper": paper, "best": best}
+    figures = {0: {"joints": {"4": {"trials": {"slow": slow}}}}}
+    alone = {"dahl": PlantResult("dahl", {}, (), figures, 1.0)}
+    command._print_grown(
+        Reproduction({"dahl": plant}, "best", settings, compensators=("paper", "best"), alone=alone)
+    )
+    said = " ".join(capsys.readouterr().err.split())
+    assert "dahl alone, joint 4, slow (126 %)" in said and "dahl, joint" not in said
 
 
 @pytest.mark.slow

@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 
 import dehyst
 from dehyst.errors import OutputError
-from dehyst_robot.experiments import PlantResult, Reproduction
+from dehyst_robot.arm import load_robot
+from dehyst_robot.control import FLAGS
+from dehyst_robot.experiments import PlantResult, Reproduction, equip
 from dehyst_robot.experiments._output import (
     MOST_ROWS,
     as_json,
@@ -22,8 +24,11 @@ from dehyst_robot.experiments._output import (
     trial_columns,
     write_trial,
 )
+from dehyst_robot.experiments._policy import POLICY
+from dehyst_robot.experiments._results import TrialRun
 from dehyst_robot.iso9283 import iso9283
 from experiment_samples import equipment, identified, path, trial
+from reproduction_samples import identification
 
 
 def plant(*figures):
@@ -40,6 +45,48 @@ def test_joint_figures_are_rms_and_largest_error_in_degrees():
     )
     assert found["max_deg"] == max(abs(error))
     assert joint_figures(run, 3) == {"rms_deg": 0.0, "max_deg": 0.0}
+
+
+def touched_run(contact_Nm, missed=None, flag="touched"):
+    """A run of 100 samples with the flag up in 20 of them, when so much came that the model does not explain."""
+    flags, contact = np.zeros((100, 7), dtype=np.int64), np.zeros((100, 7))
+    flags[40:60, 0], contact[40:60, 0] = FLAGS[flag], contact_Nm
+    none = np.zeros((100, 7))
+    return TrialRun(
+        "slow", "best", 0, np.arange(100.0), *[none] * 6, np.zeros((100, 7, 2)), *[np.zeros((100, 3))] * 2,
+        np.zeros(100, dtype=np.int64), ("line",), np.zeros(100, dtype=np.int64), flags, contact=contact,
+        hysteresis=none, offset=none, scale=none, missed=missed or {},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_contact_is_told_where_more_came_than_the_model_misses_by_itself(sign):
+    limit = 1.5 * POLICY.beyond_model
+    assert not touched_run(sign * 0.99 * limit, {1: 1.5}).warnings
+    (told,) = touched_run(sign * 1.01 * limit, {1: 1.5}).warnings
+    assert f"up to {1.01 * limit:.1f} Nm" in told and "in 20 % of the trial" in told
+    assert "missed 1.5 Nm at most where nothing touched" in told and "a hand" in told
+    # What another joint's model misses says nothing, nor does an unknown one.
+    for missed in ({2: 100.0}, {}):
+        (told,) = touched_run(sign * 0.6, missed).warnings
+        assert "up to 0.6 Nm" in told and "it missed" not in told
+
+
+def test_a_model_that_does_not_fit_is_told_whatever_it_missed():
+    for flag in ("stale", "shifted"):
+        assert len(touched_run(0.1, {1: 100.0}, flag).warnings) == 1
+
+
+def test_what_a_compensator_misses_is_a_torque():
+    found = identification("dahl", 1)
+    hysteresis, inverse = found.unseen["hysteresis_bar"], found.unseen["inverse_bar"]
+    angle, at = found.unseen["angle_rad"], found.characteristic
+    torques = at.torque(angle, 3e5, 1e5 * hysteresis) - at.torque(angle, 3e5, 1e5 * inverse)
+    assert found.missed == pytest.approx(np.abs(torques).max(), rel=1e-9)
+    kit = equip(load_robot(), {1: at}, {1: found})
+    assert kit.missed == {1: found.missed}
+    # What is not switched on misses nothing.
+    assert equip(load_robot(), {1: at}, {1: identification("none", 1)}).missed == {}
 
 
 @pytest.mark.slow

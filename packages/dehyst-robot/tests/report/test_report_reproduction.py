@@ -13,11 +13,13 @@ import pytest
 from dehyst.errors import OutputError, ParameterError
 from dehyst.findings import Grade
 from dehyst.report._text import number
+from dehyst_robot.experiments import PlantResult
 from dehyst_robot.experiments._results import TRIALS
 from dehyst_robot.report import WHY, write_reproduction_report
 from dehyst_robot.report._arm import magnification, scene
 from dehyst_robot.report._baseline import baseline, measured
 from dehyst_robot.report._numbers import spread_over_seeds, tool_figures, trial_figure, trial_ratio
+from dehyst_robot.report._overview import alone_figure
 from dehyst_robot.report._studies import break_even
 from dehyst_robot.report._tables import acceptance, largest_errors_table, limits_table
 from dehyst_robot.report._words import error_tiles, lead
@@ -50,6 +52,29 @@ def one(tmp_path_factory):
 
 def sections(page):
     return read(page).ids("section")
+
+
+def test_joints_that_moved_alone_have_a_table_of_their_own(one, tmp_path):
+    plants, _ = one
+    trials = {
+        trial: {"off": {"rms_deg": 2.0, "max_deg": 4.0}, "paper": {"rms_deg": 0.3, "max_deg": 1.0}}
+        for trial in TRIALS
+    }
+    alone = {
+        name: PlantResult(name, {}, (), {0: {"joints": {"1": {"trials": trials}}}}, 1.0)
+        for name in ("lugre", "my own")
+    }
+    figure = alone_figure(replace(plants, alone=alone), 1)
+    assert [row[0] for row in figure.table.rows] == [
+        f"{name}, joint 1, {words}"
+        for name in ("lugre", "my own")
+        for words in ("fast", "slow", "slow without integrator")
+    ]
+    assert {row[1:] for row in figure.table.rows} == {("2.00 | 4.00", "0.15 | 0.25")}
+    assert "has the laws of lugre among its terms. lugre: a bristle of LuGre" in figure.caption
+    page = write_reproduction_report(replace(plants, alone=alone), tmp_path / "report.html")
+    assert "alone" in sections(page) and "Joint 1 alone on other plants" in read(page).text
+    assert alone_figure(plants, 1) is None
 
 
 @pytest.mark.slow

@@ -19,7 +19,7 @@ from rich.progress import (
     TextColumn,
     TimeElapsedColumn,
 )
-from rich.table import Column
+from rich.table import Column, Table
 
 from dehyst.app import PAGE, progress_bar, refuse_existing, refuse_unwritable, table, tell
 from dehyst.app import kit as app_kit
@@ -32,7 +32,7 @@ from dehyst_robot.commands._policy import POLICY
 from dehyst_robot.commands._requests import ReproduceRequest
 from dehyst_robot.control import FLAGS
 from dehyst_robot.control import kit as control_kit
-from dehyst_robot.experiments import Reproduction, Request, reproduce
+from dehyst_robot.experiments import PlantResult, Reproduction, Request, reproduce
 from dehyst_robot.experiments import kit as experiments_kit
 from dehyst_robot.report import WHY, grown, run_on, write_reproduction_report
 
@@ -145,6 +145,9 @@ def _experiment(request: ReproduceRequest) -> Request:
         plants = ("preisach",)
     elif request.plant not in (None, "all"):
         plants = tuple(str(request.plant).split(","))
+    alone: tuple[str, ...] = ()
+    if request.alone:
+        alone = _words([request.alone])
     joints: tuple[int, ...] = ()
     if request.joint not in (None, "all"):
         joints = tuple(map(_number, str(request.joint).split(",")))
@@ -163,6 +166,7 @@ def _experiment(request: ReproduceRequest) -> Request:
         studies=not request.quick and not request.as_printed,
         controllers=_words([request.controller]),
         reference=request.reference,
+        alone=alone,
     )
 
 
@@ -186,6 +190,7 @@ def _line(request: ReproduceRequest) -> str:
         "quick": request.quick,
         "as_printed": request.as_printed,
         "plant": request.plant,
+        "alone": request.alone,
     }
     for option in (
         "joint",
@@ -216,12 +221,15 @@ def _line(request: ReproduceRequest) -> str:
 def _logs(result: Reproduction, out: Path) -> Mapping[str, list[str]]:
     """Run -> its log files, relative to the folder of the report."""
     logs: dict[str, list[str]] = {}
-    for name, plant in result.plants.items():
+    places = dict.fromkeys(result.plants, out / "logs")
+    places |= {f"{name} alone": out / "logs" / experiments_kit.ALONE for name in result.alone}
+    for name, plant in result.everything.items():
         for seed in plant.figures:
-            folder = experiments_kit.log_folder(out / "logs", name, seed)
+            folder = experiments_kit.log_folder(places[name], plant.plant, seed)
             stems = sorted(file.stem for file in folder.glob("*_joint*.csv"))
             # Logs of the identification come first, as they were made first.
-            stems += map(experiments_kit.log_names, plant.runs)
+            if name in result.plants:
+                stems += map(experiments_kit.log_names, plant.runs)
             for stem in stems:
                 files = [file.relative_to(out).as_posix() for file in folder.glob(f"{stem}.*")]
                 logs[f"{name}, seed {seed}, {stem}"] = sorted(files)
@@ -259,8 +267,22 @@ def _shown_progress() -> Iterator[_Stages]:
 
 
 def _print(result: Reproduction) -> None:
-    """One table: rms error off and on, and their ratio, of every plant, joint, trial, controller and compensator."""
-    compensators, out = result.compensators, app_kit.terminal()
+    """Print tables of errors, what they are of, and which compensators stayed off."""
+    out = app_kit.terminal()
+    out.print(_table(result, result.plants, "rms error in degrees"))
+    if result.alone:
+        joint = min(result.settings["joints"])
+        title = f"joint {joint} alone, the others locked: rms error in degrees"
+        out.print(_table(result, result.alone, title))
+    on = run_on(result)
+    if on:
+        out.print(f"on the {on}")
+    _print_left_off(result)
+
+
+def _table(result: Reproduction, plants: Mapping[str, PlantResult], title: str) -> Table:
+    """Rms error off and on, and their ratio, of every plant, joint, trial, controller and compensator."""
+    compensators = result.compensators
     controllers = result.settings.get("controllers", [])
     several = len(compensators) > 1
     # The heading of this column breaks before its names do.
@@ -270,13 +292,13 @@ def _print(result: Reproduction) -> None:
         heads.append("controller")
     if several:
         heads += ["with", ">off", ">on"]
-        title = "rms error in degrees without and with the compensators"
+        title += " without and with the compensators"
     else:
         heads += [">off", f">{compensators[0]}"]
-        title = f"rms error in degrees without and with the compensator {compensators[0]!r}"
+        title += f" without and with the compensator {compensators[0]!r}"
     heads += [">ratio", ">max ratio"]
     rows = []
-    for plant, plant_result in result.plants.items():
+    for plant, plant_result in plants.items():
         mean = experiments_kit.mean_figures(plant_result)
         for controller in controllers or [""]:
             joints = mean["joints"]
@@ -289,11 +311,7 @@ def _print(result: Reproduction) -> None:
                 if several:
                     row.append(compensator)
                 rows.append([*row, *_figures(run.get("off"), run.get(compensator))])
-    out.print(table(heads, rows, title=title))
-    on = run_on(result)
-    if on:
-        out.print(f"on the {on}")
-    _print_left_off(result)
+    return table(heads, rows, title=title)
 
 
 def _figures(off: Any, on: Any) -> list[str]:
@@ -312,7 +330,7 @@ def _figures(off: Any, on: Any) -> list[str]:
 
 def _print_left_off(result: Reproduction) -> None:
     """Say which models were not accepted, so that their compensators stayed off."""
-    for plant, plant_result in result.plants.items():
+    for plant, plant_result in result.everything.items():
         for name, identifications in plant_result.identified.items():
             subject = plant
             if len(result.compensators) > 1:
@@ -328,7 +346,7 @@ def _print_left_off(result: Reproduction) -> None:
 def _print_remarks(result: Reproduction) -> None:
     """Say what joints met."""
     remarks = []
-    for plant, plant_result in result.plants.items():
+    for plant, plant_result in result.everything.items():
         remarks += [f"warning: {plant}, {remark}" for remark in plant_result.remarks]
     for text in remarks[:MOST_REMARKS]:
         app_kit.terminal(stderr=True).print(text)
@@ -358,7 +376,7 @@ def _print_grown(result: Reproduction) -> None:
 def _print_limits(result: Reproduction) -> None:
     """Say which joints had a valve or pressure at its limit for long: figures of a saturated loop."""
     limits = FLAGS["valve-limit"] | FLAGS["pressure-limit"]
-    for plant, plant_result in result.plants.items():
+    for plant, plant_result in result.everything.items():
         for run in plant_result.runs:
             # Share of the samples, joint by joint.
             share = ((run.flags & limits) != 0).mean(axis=0)

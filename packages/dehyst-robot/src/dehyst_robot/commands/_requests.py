@@ -22,6 +22,10 @@ class ReproduceRequest:
         "which leaves out the feedback's part.",
         False,
     )
+    alone: str | None = option(
+        "Plants beside these on which the first joint runs alone, the others locked, in a third of the time; several "
+        "as braid,lugre."
+    )
     joint: str | None = option(
         "Joint that is compensated, 1, 2 or 4 of the packaged arm; several as 1,2; all without it."
     )

@@ -20,7 +20,7 @@ from dehyst_robot.arm import Arm, ArmLog, MechanismFactory, Reference, Robot, ar
 from dehyst_robot.arm import kit as arm_kit
 from dehyst_robot.control import FLAGS, SWITCHES, JointControllerParameters, Pneumatics
 from dehyst_robot.experiments._policy import POLICY
-from dehyst_robot.experiments._results import Characteristic
+from dehyst_robot.experiments._results import BAR, Characteristic
 
 # Bench fit of a DMSP-40 (another source than the plant's map): F = (a1 p + a2) exp(a3 k) + a4 k p + a5 p + a6, p in Pa.
 BENCH = (0.0002, 369.27, -37.51, -0.0304, 0.0093, -546.02)
@@ -30,7 +30,6 @@ BENCH_VOLUME = (
 DEGREE = 5
 VOLUME_DEGREE = 3  # of a chamber's volume in the controller
 OBSERVER_RATIO = 8.0  # an observer is this much faster than the loop that it serves
-BAR = 1e5
 
 
 def nominal_characteristic(robot: Robot, number: int) -> Characteristic:

@@ -21,10 +21,10 @@ from dehyst_robot.control import (
     OneValveController,
 )
 from dehyst_robot.control import kit as control_kit
-from dehyst_robot.experiments._calibration import BAR, controller_parameters, home
+from dehyst_robot.experiments._calibration import controller_parameters, home
 from dehyst_robot.experiments._policy import POLICY
 from dehyst_robot.experiments._recipes import Recipe
-from dehyst_robot.experiments._results import Characteristic, JointIdentification
+from dehyst_robot.experiments._results import BAR, Characteristic, JointIdentification
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +59,8 @@ class Equipment:
         a `dehyst_robot.Controller` of one's own.
     known
         The robot whose weight and inertia are fed forward, where the trial's has changed since; None: the trial's own.
+    missed
+        Joint number -> largest torque that its compensator missed on loops on which nothing touched the joint. [Nm]
 
     Examples
     --------
@@ -84,6 +86,7 @@ class Equipment:
     learned: Mapping[int, Array] = field(default_factory=dict)
     laws: Mapping[int, Law | Controller] = field(default_factory=dict)
     known: Robot | None = None
+    missed: Mapping[int, float] = field(default_factory=dict)
 
 
 def equip(
@@ -128,11 +131,11 @@ def equip(
     controllers = {}
     for n, characteristic in characteristics.items():
         controllers[n] = controller_parameters(robot, n, characteristic)
-    compensators, adaptations = {}, {}
+    compensators, adaptations, missed = {}, {}, {}
     for n, identified in identifications.items():
         if not identified.accepted:
             continue
-        compensators[n] = identified.compensator
+        compensators[n], missed[n] = identified.compensator, identified.missed
         if identified.direct is None:
             shear = identified.shear * BAR
             controllers[n] = replace(controllers[n], shear=shear, compensator_unit=BAR)
@@ -145,6 +148,7 @@ def equip(
         mechanisms=mechanisms,
         seed=seed,
         adaptations=adaptations,
+        missed=missed,
     )
 
 

@@ -18,7 +18,6 @@ from dehyst.models import GROUPS, DirectInverse
 from dehyst_robot.arm import Arm, ArmLog, MechanismFactory, Robot
 from dehyst_robot.arm import kit as arm_kit
 from dehyst_robot.experiments._calibration import (
-    BAR,
     SPACING,
     controller_parameters,
     excite,
@@ -26,7 +25,7 @@ from dehyst_robot.experiments._calibration import (
     known_torque,
 )
 from dehyst_robot.experiments._recipes import Recipe, recipe
-from dehyst_robot.experiments._results import Characteristic, JointIdentification
+from dehyst_robot.experiments._results import BAR, Characteristic, JointIdentification
 
 SHEARED, ANGLE, TIME, MEAN = "sheared_torque_Nm", "angle_rad", "time_s", "mean_pressure_bar"
 TORQUE = "torque_Nm"

@@ -13,9 +13,9 @@ from dehyst.arrays import Array
 from dehyst.errors import OutputError
 from dehyst.io import write_csv, write_mcap
 from dehyst_robot.control import save_controller
-from dehyst_robot.experiments._calibration import BAR
 from dehyst_robot.experiments._equipment import Equipment
 from dehyst_robot.experiments._results import (
+    BAR,
     JointIdentification,
     PlantResult,
     Reproduction,
@@ -39,7 +39,8 @@ def plant_figures(
 ) -> dict[str, Any]:
     """Everything measured on one plant with one seed.
 
-    `identifications`: compensator -> joint number -> identification; the last one is the one that is explained.
+    `identifications`: compensator -> joint number -> identification; the last one is the one that is explained. Trials
+    that `motions` has not have no figures of the tool.
     """
     figures = trial_figures(runs, motions, joints)
     for number in joints:
@@ -66,7 +67,10 @@ def trial_figures(
         for number, of_joint in of_joints.items():
             sides = of_joint["trials"].setdefault(run.trial, {})
             sides[run.compensator] = joint_figures(run, int(number))
-        motion = motions[run.trial]
+        motion = motions.get(run.trial)
+        # With joints locked the tool goes elsewhere.
+        if motion is None:
+            continue
         # The norm's figures need a path with a speed of its own.
         if isinstance(motion, Timed):
             figures = iso9283(motion, run.time, run.tool, run.cycle, run.figure)
@@ -99,25 +103,29 @@ def as_json(result: Reproduction) -> dict[str, Any]:
     """Return what ``dehyst reproduce --json`` writes.
 
     ``plants``: plant -> ``joints`` and ``tool`` (means over the seeds), ``seeds`` (the same for each) and ``remarks``;
-    ``real_time_factor``: the slowest plant's; ``settings``, ``studies``.
+    ``alone``: the same of the first joint alone; ``real_time_factor``: the slowest plant's; ``settings``, ``studies``.
     """
-    plants, factors = {}, []
-    for name, plant in result.plants.items():
-        plants[name] = {
-            **mean_figures(plant),
-            "seeds": _plain(plant.figures),
-            "remarks": list(plant.remarks),
-        }
-        factors.append(plant.real_time_factor)
     return {
         "format": FORMAT,
-        "plants": plants,
-        "real_time_factor": min(factors),
+        "plants": _plants_as_json(result.plants),
+        "alone": _plants_as_json(result.alone),
+        "real_time_factor": min(plant.real_time_factor for plant in result.plants.values()),
         "compensator": result.compensator,
         "compensators": list(result.compensators),
         "settings": _plain(result.settings),
         "studies": _plain(result.studies),
     }
+
+
+def _plants_as_json(plants: Mapping[str, PlantResult]) -> dict[str, Any]:
+    figures = {}
+    for name, plant in plants.items():
+        figures[name] = {
+            **mean_figures(plant),
+            "seeds": _plain(plant.figures),
+            "remarks": list(plant.remarks),
+        }
+    return figures
 
 
 def _mean(values: Sequence[Any]) -> Any:

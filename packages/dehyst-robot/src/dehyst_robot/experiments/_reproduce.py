@@ -54,6 +54,7 @@ from dehyst_robot.iso9283 import Timing
 
 ENGINES = ("mujoco", "mink", "numpy", "scipy")
 OFF = "off"
+ALONE = "alone"  # folder of logs
 
 Key = TypeVar("Key")
 Value = TypeVar("Value")
@@ -112,6 +113,9 @@ class Request:
     reference
         Log of angles that the joints shall follow, see `dehyst_robot.experiments._reference.read_moves`; None: what the
         robot's file says.
+    alone
+        Further plants, on which the first of the joints is calibrated, identified and run with the other joints locked,
+        with the first seed: a third of the time of a plant with the whole arm. The trials are not logged.
 
     Examples
     --------
@@ -131,6 +135,7 @@ class Request:
     controllers: tuple[str, ...] = (control_kit.PAPER,)
     laws: Mapping[str, Callable[[int], Controller | None]] = field(default_factory=dict)
     reference: Path | None = None
+    alone: tuple[str, ...] = ()
 
 
 def reproduce(
@@ -182,34 +187,26 @@ def reproduce(
     # The path is the same on all plants: they have the same nominal arm.
     path = plan_path(robot, request.reference)
     show.step()
-    cases = {}
-    for plant, seed in itertools.product(request.plants, request.seeds):
-        changes = {"hysteresis.mechanism": _built_in(plant)}
-        cases[Case(plant, seed)] = robot.with_changes(changes)
     with ThreadPoolExecutor(request.workers or os.cpu_count() or 1) as pool:
         crew = _Crew(pool, show)
-        # Calibration and identification are the same for all controllers.
-        backbones = _backbones(_calibrations(crew, cases, request), cases, request)
-        identified = _identifications(crew, cases, backbones, request, folder)
-        kits = _equipment(cases, backbones, identified, request)
-        for (case, name), kit in kits.items():
-            logs = log_folder(folder, case.plant, case.seed)
-            write_units(kit, identified[case, name], logs, name)
-        runs = {}
-        for name in request.controllers:
-            runs[name] = _trials(crew, cases, kits, identified, path, request, folder, name)
-        studies = _studies(crew, cases, kits, identified, path, request)
-    # Figures are judged against the motion that was asked for.
+        done = _run(crew, robot, request, path, folder)
+        studies = _studies(crew, done, path, request)
+        # The page's headline is about the same joint.
+        first = (min(request.joints),)
+        of_joint = replace(request, plants=request.alone, joints=first, seeds=request.seeds[:1])
+        done_alone = _Done()
+        if request.alone:
+            crew = replace(crew, of=f", joint {first[0]} alone")
+            done_alone = _run(crew, robot, of_joint, path, folder / ALONE, first)
+    # Figures are judged against the motion that was asked for; where joints are locked the tool has none.
     motions = {trial: trial_motion(robot, path, trial) for trial in request.trials}
-    plants = {}
-    for plant in request.plants:
-        plants[plant] = _plant_result(plant, request, identified, runs, motions, robot)
     return Reproduction(
-        plants=plants,
+        plants=_plant_results(request, done, motions, robot),
         compensator=request.compensators[-1],
         settings=_settings(robot, request),
         studies=studies,
         compensators=request.compensators,
+        alone=_plant_results(of_joint, done_alone, {}, robot),
     )
 
 
@@ -224,6 +221,7 @@ class Case:
 Backbones = Mapping[tuple[Case, str], Mapping[int, Characteristic]]
 Identified = Mapping[tuple[Case, str], Mapping[int, JointIdentification]]
 Kits = Mapping[tuple[Case, str], Equipment]
+Outcomes = Mapping[str, Mapping[Case, Sequence["Outcome"]]]
 
 
 @dataclass(frozen=True)
@@ -240,15 +238,27 @@ Outcome = tuple[TrialRun, float] | Lost
 
 
 @dataclass(frozen=True)
+class _Done:
+    """What was made and run: robots, equipment, models by case, and outcomes by controller and case."""
+
+    cases: Mapping[Case, Robot] = field(default_factory=dict)
+    kits: Kits = field(default_factory=dict)
+    identified: Identified = field(default_factory=dict)
+    runs: Outcomes = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class _Crew:
     """Runs independent jobs on threads: the simulation does not hold Python's lock."""
 
     pool: ThreadPoolExecutor
     show: Progress
+    # Behind the names of the stages.
+    of: str = ""
 
     def do(self, stage: str, jobs: Mapping[Key, Callable[[], Value]]) -> dict[Key, Value]:
         """Return what the jobs return, in their order; the first fault stops the rest."""
-        self.show.stage(stage, len(jobs))
+        self.show.stage(f"{stage}{self.of}", len(jobs))
         futures = {self.pool.submit(job): key for key, job in jobs.items()}
         results: dict[Key, Value] = {}
         try:
@@ -260,6 +270,34 @@ class _Crew:
             for future in futures:
                 future.cancel()
         return {key: results[key] for key in jobs}
+
+
+def _run(
+    crew: _Crew,
+    robot: Robot,
+    request: Request,
+    path: PlannedPath,
+    folder: Path,
+    moving: tuple[int, ...] | None = None,
+) -> _Done:
+    """Calibrate, identify and run all plants; only the joints `moving` move, None: all."""
+    cases = {}
+    for plant, seed in itertools.product(request.plants, request.seeds):
+        changes = {"hysteresis.mechanism": _built_in(plant)}
+        cases[Case(plant, seed)] = robot.with_changes(changes)
+    # Calibration and identification are the same for all controllers.
+    calibrated = _calibrations(crew, cases, request, moving or robot.pneumatic)
+    backbones = _backbones(calibrated, cases, request)
+    identified = _identifications(crew, cases, backbones, request, folder)
+    kits = _equipment(cases, backbones, identified, request)
+    for (case, name), kit in kits.items():
+        logs = log_folder(folder, case.plant, case.seed)
+        write_units(kit, identified[case, name], logs, name)
+    done = _Done(cases, kits, identified)
+    runs = {}
+    for name in request.controllers:
+        runs[name] = _trials(crew, done, path, request, folder, name, moving)
+    return replace(done, runs=runs)
 
 
 def _built_in(plant: str) -> str:
@@ -277,13 +315,13 @@ def _recipe(request: Request, name: str) -> Recipe:
 
 
 def _calibrations(
-    crew: _Crew, cases: Mapping[Case, Robot], request: Request
+    crew: _Crew, cases: Mapping[Case, Robot], request: Request, joints: tuple[int, ...]
 ) -> dict[Case, dict[int, Characteristic]]:
     jobs = {}
     for case, robot in cases.items():
         # A plant of the user brings a mechanism of its own.
         mechanisms = request.foreign.get(case.plant)
-        for n in robot.pneumatic:
+        for n in joints:
             jobs[case, n] = partial(calibrate, robot, n, seed=case.seed, mechanisms=mechanisms)
     by_case: dict[Case, dict[int, Characteristic]] = {case: {} for case in cases}
     for (case, n), characteristic in crew.do("calibration sweeps", jobs).items():
@@ -357,13 +395,12 @@ def _equipment(
 
 def _trials(
     crew: _Crew,
-    cases: Mapping[Case, Robot],
-    kits: Kits,
-    identified: Identified,
+    done: _Done,
     path: PlannedPath,
     request: Request,
     folder: Path,
     controller: str,
+    moving: tuple[int, ...] | None,
 ) -> dict[Case, list[Outcome]]:
     # Without the package there are tables alone.
     mcap = find_spec("rosbags") is not None
@@ -381,22 +418,26 @@ def _trials(
             compensator = without
         else:
             passes = _recipe(request, name).passes
-        kit = _with_own(kits[case, compensator], identified[case, request.compensators[0]], request)
+        identified = done.identified[case, request.compensators[0]]
+        kit = _with_own(done.kits[case, compensator], identified, request)
         used, kit = _under(robot, kit, controller, request)
         try:
-            trial_run, speed = learned_trial(used, path, kit, trial, name, passes=passes)
+            trial_run, speed = learned_trial(
+                used, path, kit, trial, name, moving=moving, passes=passes
+            )
         except SimulationError as fault:
             # The other trials may hold.
             return Lost(trial, name, fault)
-        # Written here, while other threads simulate.
-        write_trial(trial_run, log_folder(folder, case.plant, case.seed, beside), mcap)
+        # Written here, while other threads simulate; of a joint alone the figures are enough.
+        if moving is None:
+            write_trial(trial_run, log_folder(folder, case.plant, case.seed, beside), mcap)
         return trial_run, speed
 
     jobs = {}
-    for case, robot in cases.items():
+    for case, robot in done.cases.items():
         for trial, name in itertools.product(request.trials, (OFF, *request.compensators)):
             jobs[case, trial, name] = partial(run, case, robot, trial, name)
-    by_case: dict[Case, list[Outcome]] = {case: [] for case in cases}
+    by_case: dict[Case, list[Outcome]] = {case: [] for case in done.cases}
     lost = []
     for (case, _, _), outcome in crew.do(stage, jobs).items():
         by_case[case].append(outcome)
@@ -442,14 +483,7 @@ def _without(request: Request) -> str:
     return request.compensators[0]
 
 
-def _studies(
-    crew: _Crew,
-    cases: Mapping[Case, Robot],
-    kits: Kits,
-    identified: Identified,
-    path: PlannedPath,
-    request: Request,
-) -> dict[str, Table]:
+def _studies(crew: _Crew, done: _Done, path: PlannedPath, request: Request) -> dict[str, Table]:
     """Of the last compensator on the first plant with hysteresis that is built in; the studies change its size.
 
     They are about the paper's controller: where the report is not, there are none.
@@ -457,22 +491,27 @@ def _studies(
     if not request.studies or request.own or request.controllers[0] != control_kit.PAPER:
         return {}
     name, joint = request.compensators[-1], request.joints[0]
-    for case, robot in cases.items():
-        if identified[case, name][joint].accepted and case.plant in arm_kit.PLANTS:
+    for case, robot in done.cases.items():
+        if done.identified[case, name][joint].accepted and case.plant in arm_kit.PLANTS:
             changed = robot.with_changes(_recipe(request, name).changes)
-            study = StudyCase(changed, path, kits[case, name], joint)
+            study = StudyCase(changed, path, done.kits[case, name], joint)
             return study_tables(crew.do("studies", study_jobs(study)))
     return {}
 
 
+def _plant_results(
+    request: Request, done: _Done, motions: Mapping[str, Timing], robot: Robot
+) -> dict[str, PlantResult]:
+    results = {}
+    for plant in request.plants:
+        results[plant] = _plant_result(plant, request, done, motions, robot)
+    return results
+
+
 def _plant_result(
-    plant: str,
-    request: Request,
-    identified: Identified,
-    under: Mapping[str, Mapping[Case, list[Outcome]]],
-    motions: Mapping[str, Timing],
-    robot: Robot,
+    plant: str, request: Request, done: _Done, motions: Mapping[str, Timing], robot: Robot
 ) -> PlantResult:
+    identified, under = done.identified, done.runs
     # Curves and pictures are of the first seed.
     first = Case(plant, request.seeds[0])
     main = under[request.controllers[0]]
@@ -559,6 +598,7 @@ def _settings(robot: Robot, request: Request) -> dict[str, Any]:
         "versions": {"dehyst": __version__} | {name: version(name) for name in ENGINES},
         "fingerprint": used.fingerprint,
         "plants": list(request.plants),
+        "alone": list(request.alone),
         "joints": list(request.joints),
         "compensator": request.compensators[-1],
         "compensators": list(request.compensators),
@@ -571,7 +611,10 @@ def _settings(robot: Robot, request: Request) -> dict[str, Any]:
 
 
 def _check(robot: Robot, request: Request) -> None:
-    _check_known("plant", request.plants, (*arm_kit.PLANTS, *request.foreign))
+    known_plants = (*arm_kit.PLANTS, *request.foreign)
+    _check_known("plant", request.plants, known_plants)
+    if request.alone:
+        _check_known("plant", request.alone, known_plants)
     _check_known("joint", request.joints, robot.compensator.joints or tuple(robot.joints))
     _check_known("trial", request.trials, TRIALS)
     for number in request.joints:
@@ -589,10 +632,11 @@ def _check(robot: Robot, request: Request) -> None:
             f"them apart. Name it 'my-{built_in[0]}'.",
             built_in=built_in,
         )
-    unused = [name for name in request.foreign if name not in request.plants]
+    used = (*request.plants, *request.alone)
+    unused = [name for name in request.foreign if name not in used]
     if unused:
         raise ParameterError(
-            f"the mechanism '{unused[0]}' of `foreign` is in none of the plants {request.plants}: it would not be run. "
+            f"the mechanism '{unused[0]}' of `foreign` is in none of the plants {used}: it would not be run. "
             f"Type plants=('{unused[0]}',), or plants=('preisach', '{unused[0]}').",
             unused=unused,
         )

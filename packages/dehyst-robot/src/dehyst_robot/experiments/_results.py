@@ -23,6 +23,7 @@ from dehyst_robot.control import kit as control_kit
 from dehyst_robot.experiments._policy import POLICY
 from dehyst_robot.fields import Key, entries
 
+BAR = 1e5  # [Pa]
 TRIALS = ("fast", "slow", "slow_no_integrator")
 
 
@@ -174,6 +175,13 @@ class JointIdentification:
         return self.fit if self.direct is None else None
 
     @property
+    def missed(self) -> float:
+        """Largest torque that the compensator missed on the unseen loops, on which nothing touched the joint. [Nm]"""
+        missed_bar = self.unseen["hysteresis_bar"] - self.unseen["inverse_bar"]
+        slope = BAR * self.characteristic.slope(self.unseen["angle_rad"])
+        return float(np.abs(slope * missed_bar).max())
+
+    @property
     def accepted(self) -> bool:
         """Whether the compensator may be switched on: `acceptable` of the hysteresis, at most, is left unexplained.
 
@@ -246,6 +254,8 @@ class TrialRun(Plotted):
         cycle, in the same frame as `tool`. Empty for a run without the arm. [m]
     frame_time
         (K,) those moments, as in `time`. [s]
+    missed
+        Joint number -> largest torque that its compensator missed on loops on which nothing touched the joint. [Nm]
     """
 
     trial: str
@@ -273,6 +283,7 @@ class TrialRun(Plotted):
     scales: Array = field(default_factory=lambda: np.zeros((0, 7, 0)))
     frames: Array = field(default_factory=lambda: np.zeros((0, 8, 3)))
     frame_time: Array = field(default_factory=lambda: np.zeros(0))
+    missed: Mapping[int, float] = field(default_factory=dict)
 
     def _figure(self) -> Any:
         """Tracking error of every joint over time."""
@@ -317,6 +328,8 @@ class TrialRun(Plotted):
             )
             for name, text, least in told:
                 when = np.flatnonzero(self.flags[:, j] & FLAGS[name])
+                if name == "touched" and not self._beyond_model(j):
+                    continue
                 if when.size > least:
                     # The first sample says since when, the last one how much by now.
                     since, words = self.time[when[0]], text(j, int(when[-1]))
@@ -337,13 +350,25 @@ class TrialRun(Plotted):
             f"Vent the muscles and read both sensors, then weigh the tool."
         )
 
-    def _touched(self, j: int, last: int) -> str:
+    def _beyond_model(self, j: int) -> bool:
+        """Whether more came than the model's own errors are: those that it made where nothing touched the joint."""
+        return self._largest_contact(j) > POLICY.beyond_model * self.missed.get(j + 1, 0.0)
+
+    def _largest_contact(self, j: int) -> float:
         raised = self.flags[:, j] & FLAGS["touched"] != 0
-        most = float(np.abs(self.contact[raised, j]).max())
+        return float(np.abs(self.contact[raised, j]).max(initial=0.0))
+
+    def _touched(self, j: int, last: int) -> str:
+        share = np.mean(self.flags[:, j] & FLAGS["touched"] != 0)
+        known = ""
+        if j + 1 in self.missed:
+            known = (
+                f" (it missed {self.missed[j + 1]:.1f} Nm at most where nothing touched the joint)"
+            )
         return (
-            f"up to {most:.1f} Nm came at once that the model does not explain, in {100 * np.mean(raised):.0f} % of "
-            f"the trial: a hand, a wall, a load; if nothing touched the joint, a calibration or a hysteresis that is "
-            f"not as it was identified. Nothing was learned from it."
+            f"up to {self._largest_contact(j):.1f} Nm came that the model does not explain{known}, in "
+            f"{100 * share:.0f} % of the trial: a hand, a wall, a load; if nothing touched the joint, a calibration or "
+            f"a hysteresis that is not as it was identified. Nothing was learned from it."
         )
 
 
@@ -398,6 +423,8 @@ class Reproduction:
         compensation", "high gains"): columns by name, (N,) each; a column of words is a sequence of str.
     compensators
         Names of all that were run beside "off".
+    alone
+        Plant name -> result of the first joint, the others locked: no figures of the tool.
 
     Examples
     --------
@@ -413,7 +440,13 @@ class Reproduction:
     settings: Mapping[str, Any]
     studies: Mapping[str, Mapping[str, Array | Sequence[str]]] = field(default_factory=dict)
     compensators: tuple[str, ...] = ()
+    alone: Mapping[str, PlantResult] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not self.compensators:
             object.__setattr__(self, "compensators", (self.compensator,))
+
+    @property
+    def everything(self) -> Mapping[str, PlantResult]:
+        """Results of `plants` and, with "alone" behind the name, of `alone`."""
+        return {**self.plants, **{f"{name} alone": plant for name, plant in self.alone.items()}}

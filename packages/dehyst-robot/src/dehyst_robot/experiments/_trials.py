@@ -161,7 +161,7 @@ def follow_path(
     homing_s = robot.homing.cycles * robot.homing.period
     simulated = homing_s + approach.duration + along_path.duration
     torque_error = _torque_error(arm, along_path, equipment, log)
-    run = _trial_run(arm, motion, log, torque_error, trial, compensator)
+    run = _trial_run(arm, motion, log, torque_error, trial, compensator, equipment.missed)
     for text in run.warnings:
         warnings.warn(
             f"{trial} trial, compensator '{compensator}', {text}", UserWarning, stacklevel=2
@@ -350,7 +350,13 @@ def _torque_error(arm: Arm, part: _Part, equipment: Equipment, log: ArmLog) -> A
 
 
 def _trial_run(
-    arm: Arm, motion: Timing, log: ArmLog, torque_error: Array, trial: str, compensator: str
+    arm: Arm,
+    motion: Timing,
+    log: ArmLog,
+    torque_error: Array,
+    trial: str,
+    compensator: str,
+    missed: Mapping[int, float],
 ) -> TrialRun:
     """Columns of all joints from those that moved; locked ones stand at zero."""
     columns = _columns(arm.moving)
@@ -395,6 +401,7 @@ def _trial_run(
         scales=full(log.scales),
         frames=arm_kit.joint_positions(model, angle[poses]),
         frame_time=log.time[poses],
+        missed=missed,
     )
 
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from dehyst_robot.experiments._plant_fit import named as named
     from dehyst_robot.experiments._policy import POLICY as POLICY
     from dehyst_robot.experiments._recipes import RECIPES as RECIPES
+    from dehyst_robot.experiments._reproduce import ALONE as ALONE
     from dehyst_robot.experiments._results import TRIALS as TRIALS
     from dehyst_robot.experiments._results import TrialRun as TrialRun
     from dehyst_robot.experiments._rig import PRESSURES as PRESSURES
@@ -33,6 +34,7 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_plant_fit": "ALL OFFSETS UNITS fit_plant named",
         "_policy": "POLICY",
         "_recipes": "RECIPES",
+        "_reproduce": "ALONE",
         "_results": "TRIALS TrialRun",
         "_rig": "PRESSURES cautions check_rig new_rig",
         "_sweep.points": "ratios_of summarise",

@@ -45,7 +45,7 @@ def _mechanisms(result: Reproduction) -> str:
     meanings = []
     for name, meaning in MECHANISMS.items():
         # The control has no mechanism.
-        if name in result.plants and name != NO_HYSTERESIS:
+        if name in (*result.plants, *result.alone) and name != NO_HYSTERESIS:
             meanings.append(f"{name}: {meaning}")
     words = ""
     if meanings:
@@ -103,7 +103,7 @@ def _run(result: Reproduction) -> PageTable:
         rows.append((NAMES.get(key, key.replace("_", " ")), report_kit.plain(value)))
     # A browser gets slow with thousands of rows.
     note = ""
-    for name, plant in result.plants.items():
+    for name, plant in result.everything.items():
         factor = report_kit.number(plant.real_time_factor)
         rows.append((f"times real time, {report_kit.short(name, 40)}", factor))
         note = "Times real time: simulated time over wall time of a trial, median of all, beside whatever else ran."

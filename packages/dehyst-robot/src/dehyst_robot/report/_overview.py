@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -27,10 +27,16 @@ from dehyst_robot.report._numbers import (
     trial_ratio,
     trials_of,
 )
+from dehyst_robot.report._words import FOREIGN, MECHANISMS
 
 ROW = 0.205  # inch
 NAMES = 1.18  # room for names left of the axes [inch]
 FIGURES = ("rms_deg", "max_deg")
+SHARES = (
+    "Error of joint {joint} with each compensator over the error without; the scale is logarithmic, beyond the "
+    "dashed line the error is larger than without."
+)
+Plants = Mapping[str, PlantResult]
 
 
 def overview_figure(result: Reproduction) -> PageFigure | None:
@@ -63,7 +69,7 @@ def overview_figure(result: Reproduction) -> PageFigure | None:
 
 def _draw_overview(result: Reproduction, trial: str, joints: Sequence[int], axes: Axes) -> None:
     values: list[float] = []
-    places = _name_rows(axes, result, [f"joint {joint}" for joint in joints], 0.1)
+    places = _name_rows(axes, result.plants, [f"joint {joint}" for joint in joints], 0.1)
     for plant, row in zip(result.plants.values(), places, strict=True):
         for joint, y in zip(joints, row, strict=True):
             off = trial_figure(plant, joint, trial, OFF, "rms_deg")
@@ -105,15 +111,13 @@ def _mark(axes: Axes, y: float, spread: Spread, token: ThemeColour, filled: bool
     axes.plot([spread.mean], [y], **_dot(token, filled), zorder=4)
 
 
-def _name_rows(
-    axes: Axes, result: Reproduction, names: Sequence[str], gap: float
-) -> list[list[float]]:
+def _name_rows(axes: Axes, plants: Plants, names: Sequence[str], gap: float) -> list[list[float]]:
     """Name the rows: plants below each other, each with its names; return the heights of the rows, plant by plant."""
     y = 0.0
     places = []
     # Names of plants stand left of the axes, in units of its width.
     left = -(NAMES - 0.06) / (report_kit.WIDTH - NAMES - 0.1)
-    for plant in result.plants.values():
+    for plant in plants.values():
         axes.text(
             left,
             y,
@@ -130,7 +134,7 @@ def _name_rows(
         y += 0.9 + len(names) + gap
     # Upside down: the first plant stands at the top.
     axes.set_ylim(y - 0.2, -0.5)
-    axes.set_yticks(list(itertools.chain(*places)), [*names] * len(result.plants))
+    axes.set_yticks(list(itertools.chain(*places)), [*names] * len(plants))
     axes.tick_params(axis="y", length=0)
     axes.grid(axis="y", visible=False)
     axes.spines["left"].set_visible(False)
@@ -152,42 +156,62 @@ def _join(axes: Axes, y: float, values: Sequence[float]) -> None:
 
 def compared_figure(result: Reproduction, joint: int) -> PageFigure | None:
     """Return what each compensator leaves of a joint's errors on every plant; None for one compensator."""
-    trials = trials_of(result)
-    if len(result.compensators) < 2 or not trials:
+    if len(result.compensators) < 2 or not trials_of(result):
         return None
-    caption = (
-        f"Error of joint {joint} with each compensator over the error without; the scale is logarithmic, beyond the "
-        "dashed line the error is larger than without. "
-    )
+    caption = SHARES.format(joint=joint)
     summaries = []
     for name in result.compensators:
         if name in experiments_kit.RECIPES:
             summary = experiments_kit.RECIPES[name].summary
             summaries.append(f"{report_kit.short(name, 30)}: {summary}")
     if summaries:
-        caption += f"{'; '.join(summaries)}."
-    height = ROW * len(result.plants) * (len(result.compensators) + 1.1)
-    panels = []
-    for trial in trials:
-        name = trial_name(trial)
-        draw = partial(_draw_compared, result, trial, joint)
-        words = f"Trial {name}: share of joint {joint}'s error that each compensator leaves."
-        panels.append(Panel(name.capitalize(), draw, words, (height,), left=NAMES))
+        caption += f" {'; '.join(summaries)}."
+    table = _compared_table(result, result.plants, "Each compensator against none")
+    panels = _compared_panels(result, result.plants, joint)
     return PageFigure(
-        "compared",
-        "Compensators side by side",
-        caption,
-        tuple(panels),
-        columns=3,
-        table=_compared_table(result),
+        "compared", "Compensators side by side", caption, panels, columns=3, table=table
     )
 
 
-def _draw_compared(result: Reproduction, trial: str, joint: int, axes: Axes) -> None:
+def alone_figure(result: Reproduction, joint: int) -> PageFigure | None:
+    """Return what each compensator leaves of a joint's errors on plants where it moved alone; None without these."""
+    if not result.alone:
+        return None
+    caption = (
+        f"The other joints are locked; all else is as with the plants above, with the first seed. "
+        f"{SHARES.format(joint=joint)}"
+    )
+    foreign = [name for name in result.alone if name in FOREIGN]
+    if foreign:
+        caption += f" No compensator has the laws of {report_kit.listed(foreign)} among its terms."
+    meanings = [f"{name}: {MECHANISMS[name]}" for name in result.alone if name in MECHANISMS]
+    if meanings:
+        caption += f" {'; '.join(meanings)}."
+    title = f"Joint {joint} alone on other plants"
+    table = _compared_table(result, result.alone, title)
+    panels = _compared_panels(result, result.alone, joint)
+    return PageFigure("alone", title, caption, panels, columns=3, table=table)
+
+
+def _compared_panels(result: Reproduction, plants: Plants, joint: int) -> tuple[Panel, ...]:
+    """A panel a trial: the share that each compensator leaves on each plant."""
+    height = ROW * len(plants) * (len(result.compensators) + 1.1)
+    panels = []
+    for trial in trials_of(result):
+        name = trial_name(trial)
+        draw = partial(_draw_compared, result, plants, trial, joint)
+        words = f"Trial {name}: share of joint {joint}'s error that each compensator leaves."
+        panels.append(Panel(name.capitalize(), draw, words, (height,), left=NAMES))
+    return tuple(panels)
+
+
+def _draw_compared(
+    result: Reproduction, plants: Plants, trial: str, joint: int, axes: Axes
+) -> None:
     values = [1.0]
     names = short_names(result.compensators, 14)
-    places = _name_rows(axes, result, names, 0.2)
-    for plant, row in zip(result.plants.values(), places, strict=True):
+    places = _name_rows(axes, plants, names, 0.2)
+    for plant, row in zip(plants.values(), places, strict=True):
         for k, (name, y) in enumerate(zip(result.compensators, row, strict=True)):
             rms, largest = (trial_ratio(plant, joint, trial, name, figure) for figure in FIGURES)
             means = []
@@ -208,10 +232,10 @@ def _token(k: int) -> ThemeColour:
     return report_kit.CYCLE[k % len(report_kit.CYCLE)]
 
 
-def _compared_table(result: Reproduction) -> PageTable | None:
+def _compared_table(result: Reproduction, plants: Plants, title: str) -> PageTable | None:
     """Every joint, trial and plant with the share that each compensator leaves."""
     rows = []
-    for plant in result.plants.values():
+    for plant in plants.values():
         plant_name = report_kit.short(plant.plant, 20)
         for joint, trial in cases_of(result):
             rms, largest = (trial_figure(plant, joint, trial, OFF, name) for name in FIGURES)
@@ -225,7 +249,7 @@ def _compared_table(result: Reproduction) -> PageTable | None:
         return None
     head = ("", "off, rms | max [°]", *short_names(result.compensators, 20))
     note = "Each compensator: its rms error over the one without | the same of the largest error; mean of the seeds."
-    return PageTable("Each compensator against none", head, tuple(rows), note)
+    return PageTable(title, head, tuple(rows), note)
 
 
 def _share(plant: PlantResult, joint: int, trial: str, compensator: str) -> str:

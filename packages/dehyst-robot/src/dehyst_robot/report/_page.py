@@ -17,7 +17,12 @@ from dehyst_robot.report._baseline import baseline
 from dehyst_robot.report._hysteresis import hysteresis_figures
 from dehyst_robot.report._hysteresis import others_figure as other_loops
 from dehyst_robot.report._numbers import joints_of, pair_of, trials_of
-from dehyst_robot.report._overview import compared_figure, errors_figure, overview_figure
+from dehyst_robot.report._overview import (
+    alone_figure,
+    compared_figure,
+    errors_figure,
+    overview_figure,
+)
 from dehyst_robot.report._studies import (
     harm_studies,
     nothing_to_study,
@@ -107,7 +112,7 @@ def _sections(result: Reproduction, logs: Logs | None) -> tuple[PageSection | Pa
     about = headline_of(result)
     sections: list[PageSection | PageFigure | None] = [overview_figure(result)]
     if about is not None:
-        sections.append(compared_figure(result, about[0]))
+        sections += [compared_figure(result, about[0]), alone_figure(result, about[0])]
     sections += [acceptance(result), baseline(result)]
     remarks = met(result)
     if remarks:

@@ -36,6 +36,8 @@ MECHANISMS = {
     "ageing": "springs whose contacts grow at rest: the stroke after a rest is stiffer",
     NO_HYSTERESIS: "the control: the same arm without hysteresis",
 }
+# None of these laws is a term of a compensator: docs/explanation/the-paper-and-this-repository.md.
+FOREIGN = ("braid", "lugre", "pinched", "ageing")
 
 
 def headline_of(result: Reproduction) -> tuple[int, str] | None:
@@ -102,7 +104,7 @@ def _poles_of_joints(settings: Mapping[str, Any]) -> str:
 def met(result: Reproduction) -> tuple[str, ...]:
     """Return what joints met in the trials, a sentence each, with its plant."""
     sentences: list[str] = []
-    for name, plant in result.plants.items():
+    for name, plant in result.everything.items():
         plant_name = report_kit.short(name, 30)
         sentences += [f"{plant_name}, {remark}" for remark in plant.remarks]
     return tuple(sentences)
@@ -294,11 +296,11 @@ def _every_ratio(
 ) -> list[tuple[str, int, str, float]]:
     """Plant, joint, trial, and a figure with the compensator over the one without, wherever there are both."""
     cases = []
-    for plant in result.plants.values():
+    for name, plant in result.everything.items():
         for joint, trial in cases_of(result):
             ratio = trial_ratio(plant, joint, trial, compensator, figure)
             if ratio is not None:
-                cases.append((plant.plant, joint, trial, ratio.mean))
+                cases.append((name, joint, trial, ratio.mean))
     return cases
 
 
