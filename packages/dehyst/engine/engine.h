@@ -115,6 +115,11 @@ typedef struct engine_solution {
  * leave less is set to its bound. Returns 0, or -1 if memory is short. */
 int engine_solve(const engine_program *program, double *u, uint8_t *passive, engine_solution *solution);
 
+/* out (sums, n, n): sum s is that of factors[s, m] of matrix m, at the rows and columns `chosen`, which increase. The
+ * matrices are symmetric; their lower triangles are stored row by row, `size` numbers each. -1 if memory is short. */
+int engine_sums_of_triangles(int32_t matrices, int64_t size, const double *triangles, int32_t sums, const double *factors,
+                             int32_t n, const int64_t *chosen, double *out);
+
 #ifdef __cplusplus
 }
 #endif

@@ -328,6 +328,9 @@ def solve_bounded(
     passive: npt.NDArray[np.bool_] | None = None,
     target_norm: float = 0.0,
 ) -> tuple[_Array, npt.NDArray[np.bool_], float, float, int, int]: ...
+def sums_of_triangles(
+    triangles: _Array, factors: _Array, chosen: npt.NDArray[np.int64]
+) -> _Array: ...
 
 # ---- The engine's streaming normal equations: sums of products of the columns [1 | cells | targets].
 class Gram:

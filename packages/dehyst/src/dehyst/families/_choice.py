@@ -416,13 +416,13 @@ class Workshop:
         if self.direction == "forward":
             # Few columns carry weight. One product for all folds reads these once.
             carrying = np.flatnonzero(all_weights.any(axis=1))
-            sums = self.bank.values[:, carrying] @ all_weights[carrying]
+            sums = all_weights[carrying].T @ self._by_column[carrying]
         for number, weights in enumerate(fitted):
             rows = np.flatnonzero(fold == number)
             if not rows.size:
                 yield float("nan")
             elif sums is not None:
-                yield self._rms(weights.outputs(sums[rows, number]), rows)
+                yield self._rms(weights.outputs(sums[number, rows]), rows)
             else:
                 elements = self.columns.elements(all_weights[:, number])
                 inverse = ElementModel(
@@ -433,6 +433,11 @@ class Workshop:
                     start=self.start,
                 )
                 yield self._rms(self._solved(inverse, rows), rows)
+
+    @cached_property
+    def _by_column(self) -> Array:
+        """Columns of the rows one after the other, (p, K): few of them are read."""
+        return np.ascontiguousarray(self.bank.values.T)
 
     def _program(self, groups: tuple[str, ...], mapped: bool) -> tuple[Program, Marks | None]:
         """Return the program of a sum, and if it was solved before, the unknowns to start from."""
