@@ -11,6 +11,13 @@ static size_t row_of(int64_t i)
     return (size_t)i * ((size_t)i + 1) / 2;
 }
 
+void engine_triangle(int32_t n, const double *matrix, double *out)
+{
+    for (int32_t i = 0; i < n; ++i) {
+        memcpy(out + row_of(i), matrix + (size_t)i * (size_t)n, ((size_t)i + 1) * sizeof *out);
+    }
+}
+
 /* Row i of the sums, its first i + 1 numbers. */
 static void sum_row(int32_t matrices, const double *const *matrix, const double *minus, const int64_t *chosen, int32_t i,
                     const double **row, double *sums)

@@ -94,6 +94,7 @@ void bind_gram(nb::module_ &m);
 
 void bind_text(nb::module_ &m);
 void bind_solver(nb::module_ &m);
+void bind_ramps(nb::module_ &m);
 void bind_engine(nb::module_ &m);
 void bind_element_sum(nb::module_ &m);
 void bind_stack(nb::module_ &m);

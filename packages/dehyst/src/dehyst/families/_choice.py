@@ -479,7 +479,9 @@ class Workshop:
         undivided = np.zeros(bank.target.size, dtype=np.int64)
         sums = self._sums(columns, bank, PIECES if chosen.mapped else 1, undivided)
         program = Program(sums, np.arange(columns.cell.size), chosen.mapped)
-        weights = program.solve(EVERY, chosen.regularisation)
+        # Each fit begins with the weights that carried in the one before.
+        _, warm = self._program(chosen.sum.groups, chosen.mapped)
+        weights = program.solve(EVERY, chosen.regularisation, warm)
         least = sums.least
         if not firm or self.direction == "inverse":
             return columns, weights, least
@@ -494,7 +496,8 @@ class Workshop:
                 break
             bound *= min(FIRMER * steep, FIRMEST)
             firmer_least = np.where(sums.least > 0.0, bound, 0.0)
-            firmer = program.with_least(firmer_least).solve(EVERY, chosen.regularisation)
+            firmer_program = program.with_least(firmer_least)
+            firmer = firmer_program.solve(EVERY, chosen.regularisation, weights.passive)
             if _squares(firmer, bank) > allowed:
                 break
             weights, least = firmer, firmer_least
@@ -707,7 +710,7 @@ def _fill_rows(
         chosen = rows[first:last]
         if chosen.size < len(e):
             e = e[chosen - begin]
-        values[first:last] = columns.values(e, xi[chosen])
+        columns.values(e, xi[chosen], values[first:last])
 
 
 def pace_of(training: Training, direction: str) -> Pace | None:

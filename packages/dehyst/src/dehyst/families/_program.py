@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -158,9 +158,8 @@ def block_sums(
     if np.any(root != 1.0):
         rows *= root[:, None]
     target = root * y
-    below = _below(n)
-    gram, rhs = np.zeros((BLOCKS, pieces, below[0].size)), np.zeros((BLOCKS, pieces, n))
-    square_matrix, places = np.empty((n, n)), below[0] * n + below[1]
+    gram, rhs = np.zeros((BLOCKS, pieces, n * (n + 1) // 2)), np.zeros((BLOCKS, pieces, n))
+    square_matrix = np.empty((n, n))
     counted, square = np.zeros((BLOCKS, pieces)), np.zeros((BLOCKS, pieces))
     order = np.lexsort((place, block))
     bounds = np.searchsorted(block[order] * pieces + place[order], np.arange(BLOCKS * pieces + 1))
@@ -172,8 +171,7 @@ def block_sums(
         # What is in one part alone is in order, and need not be gathered.
         part_rows = rows if part.size == y.size else rows[part]
         np.matmul(part_rows.T, part_rows, out=square_matrix)
-        # With a mode other than "raise" numpy writes without a copy in between; no place lies outside.
-        square_matrix.ravel().take(places, out=gram[b, m], mode="clip")
+        _native.triangle(square_matrix, gram[b, m])
         rhs[b, m] = part_rows.T @ target[part]
         counted[b, m] = weight[part].sum()
         square[b, m] = target[part] @ target[part]
@@ -305,13 +303,6 @@ def _chain(size: int) -> Array:
     """Return the matrix of the sum of squared differences of successive ones."""
     pairs = np.stack([np.arange(max(size - 1, 0)), np.arange(1, max(size, 1))], axis=1)
     return _differences(size, pairs)
-
-
-@lru_cache(maxsize=32)
-def _below(n: int) -> tuple[Numbers, Numbers]:
-    """Rows and columns of the lower triangle of a matrix (n, n), row by row."""
-    rows, columns = np.tril_indices(n)
-    return rows, columns
 
 
 def _solved(system: Array, rhs: Array, lower: Array, norm: float, warm: Marks | None) -> Solution:
