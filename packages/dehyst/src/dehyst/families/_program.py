@@ -231,14 +231,14 @@ class Program:
         samples = used @ sums.counted.sum(1)
         norms = np.sqrt(used @ sums.square.sum(1))
         extra = self._extra(regularisation)
-        places = np.nonzero(extra)  # few
+        rows, places = np.nonzero(extra)  # few
 
         def solved(
             parts: tuple[Array, Array], factors: Array, norms: Array, warm: list[Marks | None]
         ) -> list[Solution]:
             solutions: list[Solution] = []
             grams = _native.sums_of_triangles(parts[0], factors, self._unknowns)
-            grams[:, *places] += np.outer(samples, extra[places])
+            grams[:, rows, places] += np.outer(samples, extra[rows, places])
             sides = (factors @ parts[1]).take(self._unknowns, axis=1)
             for k, (gram, side, norm) in enumerate(zip(grams, sides, norms.tolist(), strict=True)):
                 begin = warm[k] if k < len(warm) else solutions[0][1]
