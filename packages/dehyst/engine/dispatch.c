@@ -38,6 +38,11 @@ int engine_use_level(int level)
     return 0;
 }
 
+void engine_ramps(int64_t samples, int64_t cells, const double *e, const engine_ramp_table *table, double *out)
+{
+    engine_kernels_in_use()->ramps(samples, cells, e, table, out);
+}
+
 const engine_kernels *engine_kernels_in_use(void)
 {
     switch (engine_level()) {

@@ -115,6 +115,24 @@ typedef struct engine_solution {
  * leave less is set to its bound. Returns 0, or -1 if memory is short. */
 int engine_solve(const engine_program *program, double *u, uint8_t *passive, engine_solution *solution);
 
+/* The lower triangle of a matrix (n, n), row by row, into out (n (n + 1) / 2,). */
+void engine_triangle(int32_t n, const double *matrix, double *out);
+
+/* out (sums, n, n): sum s is that of factors[s, m] of matrix m, at the rows and columns `chosen`, which increase. The
+ * matrices are symmetric; their lower triangles are stored row by row, `size` numbers each. -1 if memory is short. */
+int engine_sums_of_triangles(int32_t matrices, int64_t size, const double *triangles, int32_t sums, const double *factors,
+                             int32_t n, const int64_t *chosen, double *out);
+
+/* ---- Columns of sums of elements, of samples of cells e (samples, cells), the first of which is the input x:
+ *   out_j = gain_j ramp(e_cell_j; low_j, high_j) + ramp(x; x_low_j, x_high_j),  ramp(v; a, b) = clip(v, a, b) - clip(0, a, b) */
+typedef struct engine_ramp_table {
+    int64_t columns;
+    const int64_t *cell; /* (columns,), each below the number of cells */
+    const double *gain, *low, *high, *x_low, *x_high;
+} engine_ramp_table;
+
+void engine_ramps(int64_t samples, int64_t cells, const double *e, const engine_ramp_table *table, double *out);
+
 #ifdef __cplusplus
 }
 #endif

@@ -25,6 +25,7 @@ using In = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>
 using Rows = nb::ndarray<const int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Out = nb::ndarray<nb::numpy, double, nb::ndim<1>>;
 using Matrix = nb::ndarray<nb::numpy, double, nb::ndim<2>>;
+using Matrices = nb::ndarray<nb::numpy, double, nb::ndim<3>>;
 
 inline Out own(std::vector<double> &&values)
 {
@@ -65,6 +66,13 @@ class Buffer {
         return Matrix(given, {rows, columns}, owner);
     }
 
+    Matrices release(std::size_t matrices, std::size_t rows, std::size_t columns)
+    {
+        double *given = std::exchange(data_, nullptr);
+        nb::capsule owner(given, [](void *p) noexcept { std::free(p); });
+        return Matrices(given, {matrices, rows, columns}, owner);
+    }
+
   private:
     std::size_t size_;
     double *data_;
@@ -86,6 +94,7 @@ void bind_gram(nb::module_ &m);
 
 void bind_text(nb::module_ &m);
 void bind_solver(nb::module_ &m);
+void bind_ramps(nb::module_ &m);
 void bind_engine(nb::module_ &m);
 void bind_element_sum(nb::module_ &m);
 void bind_stack(nb::module_ &m);

@@ -13,6 +13,7 @@ NB_MODULE(_native, m)
     bind_direct_block(m);
     bind_gram(m);
     bind_solver(m);
+    bind_ramps(m);
     bind_engine(m);
     bind_element_sum(m);
     bind_signal(m);

@@ -69,6 +69,37 @@ nb::tuple solve(const Square &gram, const In &rhs, const In &lower, int64_t free
                           solution.iterations, solution.status);
 }
 
+using Written = nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+void triangle(const Square &matrix, Written out)
+{
+    const std::size_t n = matrix.shape(0);
+    square_of(matrix, n, "a triangle is taken of a square matrix");
+    require(n < 46341 && out.size() == n * (n + 1) / 2, "out must have n (n + 1) / 2 numbers");
+    engine_triangle(static_cast<int32_t>(n), matrix.data(), out.data());
+}
+
+Matrices sums_of_triangles(const Square &triangles, const Square &factors, const Rows &chosen)
+{
+    const std::size_t n = chosen.size(), size = triangles.shape(1), sums = factors.shape(0), most = 46340;
+    require(triangles.shape(0) == factors.shape(1), "triangles (M, size) and factors (sums, M) differ");
+    require(factors.shape(1) <= most && sums <= most && n <= most, "at most 46340 matrices, sums and rows");
+    int64_t last = -1;
+    for (std::size_t k = 0; k < n; last = chosen.data()[k++])
+        require(chosen.data()[k] > last && chosen.data()[k] < static_cast<int64_t>(most), "chosen must increase, from 0 on");
+    require(static_cast<std::size_t>((last + 1) * (last + 2) / 2) <= size, "chosen rows lie outside the triangles");
+    Buffer out(sums * n * n);
+    int failed;
+    {
+        nb::gil_scoped_release released;
+        failed = engine_sums_of_triangles(static_cast<int32_t>(factors.shape(1)), static_cast<int64_t>(size), triangles.data(),
+                                          static_cast<int32_t>(sums), factors.data(), static_cast<int32_t>(n), chosen.data(),
+                                          out.data());
+    }
+    if (failed) throw std::bad_alloc();
+    return out.release(sums, n, n);
+}
+
 }  // namespace
 
 void bind_solver(nb::module_ &m)
@@ -79,4 +110,7 @@ void bind_solver(nb::module_ &m)
     m.def("solve_bounded", &solve, "gram"_a, "rhs"_a, "lower"_a, "free"_a, "plays"_a, "basis"_a,
           "extra"_a = nb::none(), "extra_rhs"_a = nb::none(), "passive"_a = nb::none(), "target_norm"_a = 0.0,
           "Bounded least squares on normal equations of the cells: (u, passive, kkt, condition, iterations, status).");
+    m.def("triangle", &triangle, "matrix"_a, "out"_a, "Write the lower triangle of a matrix (n, n), row by row.");
+    m.def("sums_of_triangles", &sums_of_triangles, "triangles"_a, "factors"_a, "chosen"_a,
+          "Weighted sums (sums, n, n) of symmetric matrices at some rows and columns; their lower triangles are stored.");
 }

@@ -6,6 +6,7 @@
 
 struct machine;
 struct gram_machine;
+struct engine_ramp_table;
 
 /* Memory to be fetched meanwhile, as long as the samples. */
 typedef struct engine_ahead {
@@ -38,6 +39,8 @@ typedef struct engine_kernels {
     void (*products)(int64_t samples, int32_t prefix, const double *a, const double *b, const double *f, double *out,
                      double *with, int64_t lost);
     void (*row_sums)(int64_t samples, int32_t width, const double *rows, const double *f, double *out, int64_t lost);
+    /* engine_ramps of engine.h */
+    void (*ramps)(int64_t samples, int64_t cells, const double *e, const struct engine_ramp_table *t, double *out);
     int64_t (*between)(int64_t samples, const double *x, double low, double high);
 } engine_kernels;
 

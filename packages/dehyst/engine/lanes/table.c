@@ -22,6 +22,7 @@ void LANES_NAME(engine_products)(int64_t samples, int32_t prefix, const double *
                                  double *out, double *with, int64_t lost);
 void LANES_NAME(engine_row_sums)(int64_t samples, int32_t width, const double *rows, const double *f, double *out,
                                  int64_t lost);
+void LANES_NAME(engine_ramps)(int64_t samples, int64_t cells, const double *e, const struct engine_ramp_table *t, double *out);
 int64_t LANES_NAME(engine_between)(int64_t samples, const double *x, double low, double high);
 
 const engine_kernels LANES_NAME(engine_kernels) = {
@@ -40,5 +41,6 @@ const engine_kernels LANES_NAME(engine_kernels) = {
     .cells = LANES_NAME(engine_cells),
     .products = LANES_NAME(engine_products),
     .row_sums = LANES_NAME(engine_row_sums),
+    .ramps = LANES_NAME(engine_ramps),
     .between = LANES_NAME(engine_between),
 };

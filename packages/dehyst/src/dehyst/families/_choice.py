@@ -416,13 +416,13 @@ class Workshop:
         if self.direction == "forward":
             # Few columns carry weight. One product for all folds reads these once.
             carrying = np.flatnonzero(all_weights.any(axis=1))
-            sums = self.bank.values[:, carrying] @ all_weights[carrying]
+            sums = all_weights[carrying].T @ self._by_column[carrying]
         for number, weights in enumerate(fitted):
             rows = np.flatnonzero(fold == number)
             if not rows.size:
                 yield float("nan")
             elif sums is not None:
-                yield self._rms(weights.outputs(sums[rows, number]), rows)
+                yield self._rms(weights.outputs(sums[number, rows]), rows)
             else:
                 elements = self.columns.elements(all_weights[:, number])
                 inverse = ElementModel(
@@ -433,6 +433,11 @@ class Workshop:
                     start=self.start,
                 )
                 yield self._rms(self._solved(inverse, rows), rows)
+
+    @cached_property
+    def _by_column(self) -> Array:
+        """Columns of the rows one after the other, (p, K): few of them are read."""
+        return np.ascontiguousarray(self.bank.values.T)
 
     def _program(self, groups: tuple[str, ...], mapped: bool) -> tuple[Program, Marks | None]:
         """Return the program of a sum, and if it was solved before, the unknowns to start from."""
@@ -474,7 +479,9 @@ class Workshop:
         undivided = np.zeros(bank.target.size, dtype=np.int64)
         sums = self._sums(columns, bank, PIECES if chosen.mapped else 1, undivided)
         program = Program(sums, np.arange(columns.cell.size), chosen.mapped)
-        weights = program.solve(EVERY, chosen.regularisation)
+        # Each fit begins with the weights that carried in the one before.
+        _, warm = self._program(chosen.sum.groups, chosen.mapped)
+        weights = program.solve(EVERY, chosen.regularisation, warm)
         least = sums.least
         if not firm or self.direction == "inverse":
             return columns, weights, least
@@ -489,7 +496,8 @@ class Workshop:
                 break
             bound *= min(FIRMER * steep, FIRMEST)
             firmer_least = np.where(sums.least > 0.0, bound, 0.0)
-            firmer = program.with_least(firmer_least).solve(EVERY, chosen.regularisation)
+            firmer_program = program.with_least(firmer_least)
+            firmer = firmer_program.solve(EVERY, chosen.regularisation, weights.passive)
             if _squares(firmer, bank) > allowed:
                 break
             weights, least = firmer, firmer_least
@@ -702,7 +710,7 @@ def _fill_rows(
         chosen = rows[first:last]
         if chosen.size < len(e):
             e = e[chosen - begin]
-        values[first:last] = columns.values(e, xi[chosen])
+        columns.values(e, xi[chosen], values[first:last])
 
 
 def pace_of(training: Training, direction: str) -> Pace | None:

@@ -23,11 +23,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+import dehyst._native as _native
 from dehyst.arrays import Array
 from dehyst.families._elements import NO_MAP, Element, Pairs
 
@@ -123,17 +125,17 @@ class Columns:
     second: Numbers
     share: Numbers
 
-    def values(self, e: Array, xi: Array | None = None) -> Array:
-        """Columns (T, p) of elements (T, cells), at schedules (T, schedules)."""
-        # Changed in place: each new array of this size would take as long as what is done with it.
-        values = e[:, self.cell]
-        np.clip(values, self.low, self.high, out=values)
-        values -= np.clip(0.0, self.low, self.high)
-        values *= self.gain
+    @cached_property
+    def _numbers(self) -> Array:
+        return np.stack([self.gain, self.low, self.high, self.x_low, self.x_high])
+
+    def values(self, e: Array, xi: Array | None = None, out: Array | None = None) -> Array:
+        """Columns (T, p) of elements (T, cells), at schedules (T, schedules); in `out`, if there is one."""
+        values = np.empty((len(e), self.cell.size)) if out is None else out
+        _native.ramps(e, self.cell, self._numbers, values)
         products = np.flatnonzero(self.second != NO_CELL)
-        values[:, products] *= np.clip(e[:, self.second[products]], *WITHIN)
-        with_x = np.flatnonzero(self.x_high > self.x_low)
-        values[:, with_x] += _ramp(e[:, :1], self.x_low[with_x], self.x_high[with_x])
+        if products.size:
+            values[:, products] *= np.clip(e[:, self.second[products]], *WITHIN)
         if xi is not None and xi.shape[1]:
             levels = np.flatnonzero(self.group == LEVEL)
             values[:, levels] = self.gain[levels]
@@ -184,9 +186,10 @@ class Columns:
 
     def _ramps(self, weight: Array, carries: Marks, share: int) -> Iterator[Element]:
         """Yield an element for each cell whose ramps carry weight."""
-        single = carries & (self.second == NO_CELL) & (self.group != LEVEL)
-        for number, cell in enumerate(self.cells):
-            k = np.flatnonzero(single & (self.cell == number))
+        single = np.flatnonzero(carries & (self.second == NO_CELL) & (self.group != LEVEL))
+        for number in np.unique(np.append(0, self.cell[single])).tolist():
+            cell = self.cells[number]
+            k = single[self.cell[single] == number]
             ramps = np.array([weight[k] * self.gain[k], self.low[k], self.high[k]])
             if number == 0:
                 # Ramps of x stand in columns of other cells, too; in the model they belong to x itself.

@@ -11,8 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -24,7 +24,6 @@ from dehyst.errors import IdentificationError
 
 Numbers = npt.NDArray[np.int64]
 Marks = npt.NDArray[np.bool_]
-Choices = tuple[tuple[int, ...], ...]  # of blocks
 # Unknowns, which of them are off their bound, violation of the optimality conditions.
 Solution = tuple[Array, Marks, float]
 
@@ -109,20 +108,22 @@ class Sums:
     knots: Array
     least: Array
     neighbours: Numbers
-    _chosen: dict[Choices, tuple[Array, Array]] = field(default_factory=dict, repr=False)
 
     @property
     def pieces(self) -> int:
         """Of the output map."""
         return self.knots.size - 1
 
-    def of_choices(self, choices: Choices) -> tuple[Array, Array]:
-        """Sums over each choice of blocks, (choices, N, N) and (choices, N); made once, for all programs of them."""
-        if choices not in self._chosen:
-            used = blocks_used(choices)
-            gram, rhs = used @ self.gram.sum(1), used @ self.rhs.sum(1)
-            self._chosen[choices] = gram.take(_square(rhs.shape[1]), axis=1), rhs
-        return self._chosen[choices]
+    @cached_property
+    def of_blocks(self) -> tuple[Array, Array]:
+        """Sums by block alone, (blocks, N (N + 1) / 2) and (blocks, N)."""
+        return self.gram.sum(1), self.rhs.sum(1)
+
+    @cached_property
+    def of_parts(self) -> tuple[Array, Array]:
+        """Sums by block and piece in one row, (blocks pieces, N (N + 1) / 2) and (blocks pieces, N)."""
+        parts = BLOCKS * self.pieces
+        return self.gram.reshape(parts, -1), self.rhs.reshape(parts, -1)
 
     @cached_property
     def penalty(self) -> tuple[Array, Array]:
@@ -130,7 +131,7 @@ class Sums:
         return _differences(self.least.size, self.neighbours), _chain(self.pieces)
 
 
-def blocks_used(choices: Choices) -> Array:
+def blocks_used(choices: Sequence[tuple[int, ...]]) -> Array:
     """1 for each block that is in a choice, else 0; (choices, blocks)."""
     used = np.zeros((len(choices), BLOCKS))
     for k, blocks in enumerate(choices):
@@ -152,13 +153,16 @@ def block_sums(
     place, ramps = _ramps(y, knots)
     rows = np.hstack([np.ones((y.size, 1)), columns, -ramps])
     n = rows.shape[1]
-    below = _below(n)
-    gram, rhs = np.zeros((BLOCKS, pieces, below[0].size)), np.zeros((BLOCKS, pieces, n))
-    square_matrix, places = np.empty((n, n)), below[0] * n + below[1]
+    # Rows times the roots of their weights: a product of one matrix with itself takes half of what that of two takes.
+    root = np.sqrt(weight)
+    if np.any(root != 1.0):
+        rows *= root[:, None]
+    target = root * y
+    gram, rhs = np.zeros((BLOCKS, pieces, n * (n + 1) // 2)), np.zeros((BLOCKS, pieces, n))
+    square_matrix = np.empty((n, n))
     counted, square = np.zeros((BLOCKS, pieces)), np.zeros((BLOCKS, pieces))
     order = np.lexsort((place, block))
     bounds = np.searchsorted(block[order] * pieces + place[order], np.arange(BLOCKS * pieces + 1))
-    all_alike = bool(np.all(weight == 1.0))
     for k in range(BLOCKS * pieces):
         b, m = divmod(k, pieces)
         part = order[bounds[k] : bounds[k + 1]]
@@ -166,15 +170,11 @@ def block_sums(
             continue
         # What is in one part alone is in order, and need not be gathered.
         part_rows = rows if part.size == y.size else rows[part]
-        part_y = y[part]
-        # A product of one matrix with itself takes half of what that of two takes.
-        weighted = part_rows if all_alike else part_rows * weight[part, None]
-        np.matmul(weighted.T, part_rows, out=square_matrix)
-        # With a mode other than "raise" numpy writes without a copy in between; no place lies outside.
-        square_matrix.ravel().take(places, out=gram[b, m], mode="clip")
-        rhs[b, m] = weighted.T @ part_y
+        np.matmul(part_rows.T, part_rows, out=square_matrix)
+        _native.triangle(square_matrix, gram[b, m])
+        rhs[b, m] = part_rows.T @ target[part]
         counted[b, m] = weight[part].sum()
-        square[b, m] = (weight[part] * part_y) @ part_y
+        square[b, m] = target[part] @ target[part]
     return Sums(gram, rhs, counted, square, knots, least, neighbours)
 
 
@@ -196,14 +196,6 @@ class Program:
         # Which unknowns take part: the offset, weights of the columns, slopes of the map.
         unknowns = np.concatenate([[0], 1 + columns, np.arange(first, first + pieces)])
         self._unknowns = unknowns.astype(np.int64)
-        self._places = self._unknowns[:, None] * sums.rhs.shape[2] + self._unknowns
-        if mapped:
-            # The unknowns increase, so that their lower triangle lies in that of the sums.
-            rows, columns_below = _below(unknowns.size)
-            large = self._unknowns[rows]
-            places = large * (large + 1) // 2 + self._unknowns[columns_below]
-            self._gram = sums.gram.reshape(BLOCKS * sums.pieces, -1).take(places, axis=1)
-            self._rhs = sums.rhs.reshape(BLOCKS * sums.pieces, -1).take(self._unknowns, axis=1)
         self._chains = sums.penalty[0][np.ix_(columns, columns)]
         # The unknowns of the map are its slopes less 1.
         slopes = np.full(pieces, LEAST_OF_MAP - 1.0)
@@ -234,26 +226,26 @@ class Program:
         warm: Marks | None = None,
     ) -> list[Weights]:
         """Return the weights from each choice of blocks; the others begin with those of the first."""
-        sums, size, unknowns = self._sums, self._size, self._lower.size
-        choices = tuple(choices)
+        sums, size = self._sums, self._size
         used = blocks_used(choices)
         samples = used @ sums.counted.sum(1)
         norms = np.sqrt(used @ sums.square.sum(1))
         extra = self._extra(regularisation)
+        rows, places = np.nonzero(extra)  # few
 
         def solved(
-            grams: Array, sides: Array, norms: Array, warm: list[Marks | None]
+            parts: tuple[Array, Array], factors: Array, norms: Array, warm: list[Marks | None]
         ) -> list[Solution]:
             solutions: list[Solution] = []
+            grams = _native.sums_of_triangles(parts[0], factors, self._unknowns)
+            grams[:, rows, places] += np.outer(samples, extra[rows, places])
+            sides = (factors @ parts[1]).take(self._unknowns, axis=1)
             for k, (gram, side, norm) in enumerate(zip(grams, sides, norms.tolist(), strict=True)):
                 begin = warm[k] if k < len(warm) else solutions[0][1]
-                gram += samples[k] * extra
                 solutions.append(_solved(gram, side, self._lower, norm, begin))
             return solutions
 
-        squares, all_sides = sums.of_choices(choices)
-        grams = squares.reshape(len(choices), -1).take(self._places, axis=1)
-        first = solved(grams, all_sides.take(self._unknowns, axis=1), norms, [warm])
+        first = solved(sums.of_blocks, used, norms, [warm])
         results = []
         if not self._mapped:
             identity = np.zeros(0)
@@ -268,9 +260,7 @@ class Program:
             factors[k] = np.outer(used[k], gain).ravel()
             begun.append(off_bound)
         norms = np.sqrt(factors @ sums.square.ravel())
-        # One matrix product for all choices reads the sums once.
-        grams = (factors @ self._gram).take(_square(unknowns), axis=1)
-        for u, off_bound, kkt in solved(grams, factors @ self._rhs, norms, begun):
+        for u, off_bound, kkt in solved(sums.of_parts, factors, norms, begun):
             inner = self._inner(u[size:])
             results.append(Weights(float(u[0]), u[1:size], inner, sums.knots, off_bound, kkt))
         return results
@@ -313,21 +303,6 @@ def _chain(size: int) -> Array:
     """Return the matrix of the sum of squared differences of successive ones."""
     pairs = np.stack([np.arange(max(size - 1, 0)), np.arange(1, max(size, 1))], axis=1)
     return _differences(size, pairs)
-
-
-@lru_cache(maxsize=32)
-def _below(n: int) -> tuple[Numbers, Numbers]:
-    """Rows and columns of the lower triangle of a matrix (n, n), row by row."""
-    rows, columns = np.tril_indices(n)
-    return rows, columns
-
-
-@lru_cache(maxsize=32)
-def _square(n: int) -> Numbers:
-    """Where the elements of a symmetric matrix (n, n) stand in its lower triangle, row by row."""
-    number = np.arange(n)
-    large, small = np.maximum.outer(number, number), np.minimum.outer(number, number)
-    return np.asarray(large * (large + 1) // 2 + small)
 
 
 def _solved(system: Array, rhs: Array, lower: Array, norm: float, warm: Marks | None) -> Solution:

@@ -92,8 +92,10 @@ class ShortSignal:
         end = 0
         for piece in self.pieces:
             begin, end = end, end + piece.y.size
-            inside = np.arange(begin, end)[fitted[begin:end]]
-            if piece.own_level and inside.size:
+            if not piece.own_level:
+                continue
+            inside = begin + np.flatnonzero(fitted[begin:end])
+            if inside.size:
                 weight = piece.weight[inside - begin]
                 levelled[begin:end] -= np.average(rows[inside], axis=0, weights=weight)
         return levelled
