@@ -285,13 +285,23 @@ def _divided_unit(bare: str, unit: str) -> str | None:
     return _suffix_unit(bare, unit)
 
 
+def _quotient_unit(above: str, below: str) -> str:
+    """Return the unit of a name like ``field_kV_per_mm``, or "" where one of both is none."""
+    units = []
+    for part in (above, below):
+        if not _factor_of(part)[0]:
+            return ""
+        units.append(canonical(part) or part)
+    return "/".join(units)
+
+
 @lru_cache(MOST_NAMES)
 def parse_unit(name: str) -> tuple[str, str]:
     """Split a column name into its bare name and its unit.
 
     Understood are ``angle [deg]``, ``angle (deg)``, ``p/bar`` and a known unit after the last ``_``.
-    A suffix that may as well be a letter or a word (``aux_a``, ``pressure_min``) is left alone. A name that is a unit
-    of time and nothing else (``micros``) is both name and unit.
+    ``field_kV_per_mm`` is in kV/mm. A suffix that may as well be a letter or a word (``aux_a``, ``pressure_min``) is
+    left alone. A name that is a unit of time and nothing else (``micros``) is both name and unit.
 
     Returns
     -------
@@ -327,6 +337,12 @@ def parse_unit(name: str) -> tuple[str, str]:
     rate = re.fullmatch(r"(.*\w)_(mm|m|cm|um|deg|rad|bar)_s", text, re.IGNORECASE)
     if rate and set(words(rate[1])) & {"velocity", "vel", "speed", "rate", "omega", "v"}:
         return rate[1], f"{canonical(rate[2])}/s"
+    quotient = re.fullmatch(r"(.*[^_\s])[_ ]([^_\s]+)[_ ]per[_ ]([^_\s]+)", text)
+    if quotient and _quotient_unit(quotient[2], quotient[3]):
+        return quotient[1], _quotient_unit(quotient[2], quotient[3])
+    # "counts_per_mm" is no way in millimetres, whatever is counted.
+    if re.search(r"(^|[_ ])per[_ ][^_\s]+$", text, re.IGNORECASE):
+        return text, ""
     if text.lower() in _CLOCK_NAMES:
         return text, str(canonical(text))
     bare, unit_name, suffix = text.rpartition("_")

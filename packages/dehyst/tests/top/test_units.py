@@ -149,3 +149,20 @@ def test_a_name_that_is_a_unit_of_time_is_both(name: str, unit: str) -> None:
 
 def test_a_rate_has_no_stray_ending():
     assert stray_suffixes(["time_s", "velocity_mm_s", "omega_deg_s", "speed_m_s"]) == frozenset()
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("field_kV_per_mm", ("field", "kV/mm")),
+        ("H_A_per_m", ("H", "A/m")),
+        ("E_kv_per_cm", ("E", "kV/cm")),
+        ("flow_l_per_min", ("flow", "l/min")),
+        ("counts_per_mm", ("counts_per_mm", "")),
+        ("cycles_per_min", ("cycles_per_min", "")),
+        ("rate_per_s", ("rate_per_s", "")),
+        ("force_per_area_N", ("force_per_area", "N")),
+    ],
+)
+def test_a_quotient_in_a_name_is_a_unit_or_none_and_never_its_denominator(name, expected):
+    assert parse_unit(name) == expected
