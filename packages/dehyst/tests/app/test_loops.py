@@ -49,7 +49,7 @@ def test_it_prints_a_row_a_loop_and_what_wears(run):
     assert "loop clockwise" in out and "loss" in out and "mJ" in out
     rows = re.findall(r"^(?:\d+) +[\d.]+ +-10 +10 .*$", out, re.MULTILINE)
     # 29 loops: the first and the last twelve are shown.
-    assert len(rows) == 24 and "... 5 more" in out
+    assert len(rows) == 24 and "5 loops in the middle are not shown" in out
     assert "scatter of 29 loops" in out
     change = re.search(r"loss (-[\d.]+) % \((-[\d.]+) to (-[\d.]+)\)", out)
     # 0.2 % a second of the first value, 2 s a cycle.
@@ -149,3 +149,23 @@ def test_identify_prints_the_dead_band_of_a_model_that_has_one(run, tmp_path):
         assert bool(band) == has_band
         if band:
             assert float(band[1]) == pytest.approx(2 * threshold, rel=0.08)
+
+
+def test_no_number_is_cut_in_a_narrow_terminal_where_directions_differ(run, tmp_path, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "60")
+    t = np.arange(4000) / 100.0
+    x = np.sin(2.0 * np.pi * t / 8.0)
+    y = np.where(t < 16.0, np.sin(2.0 * np.pi * t / 8.0 - 0.2), np.sin(2.0 * np.pi * t / 8.0 + 0.2))
+    log = tmp_path / "turned.csv"
+    np.savetxt(
+        log,
+        np.column_stack([t, 1e-5 * x, 12345.0 * y]),
+        "%.9g",
+        ",",
+        header="t_s,u_m,y_N",
+        comments="",
+    )
+    status, out, err = run("loops", log, "--input", "u_m", "--output", "y_N")
+    assert status == 0, err
+    table = out[out.index("\nloop ") : out.index("largest loop")]
+    assert "…" not in table and " ccw" in table and " cw" in table

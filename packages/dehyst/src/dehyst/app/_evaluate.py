@@ -105,7 +105,9 @@ def _print(evaluation: Evaluation, request: EvaluateRequest) -> None:
     out.print()
     names = [entry.name for entry in evaluation.entries]
     best = names.index(evaluation.run) if evaluation.run in names else None
-    out.print(table(_heads(max(map(len, names))), map(_row, evaluation.entries), bold=best))
+    # Numbers are worth more than a line that fits: a terminal that is too narrow breaks it.
+    scores = table(_heads(max(map(len, names))), map(_row, evaluation.entries), bold=best)
+    out.print(scores, crop=False)
     first = evaluation.recordings[0]
     out.print(
         f"rms without bias, and bias, in percent of the range in this log: output {first.output_name}, and input "
@@ -121,7 +123,7 @@ def _print(evaluation: Evaluation, request: EvaluateRequest) -> None:
         )
     if evaluation.loops is not None:
         out.print()
-        out.print(_loops(evaluation))
+        out.print(_loops(evaluation), crop=False)
         out.print(
             "largest loops of the log, and of what each model makes of its input; width at the middle",
             soft_wrap=True,

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from rich.table import Column
+
 from dehyst.app._logs import files_of, named_columns, read_logs, typed_clocks
 from dehyst.app._targets import LOOPS, PAGE, refuse_clashes
 from dehyst.app._terminal import (
@@ -22,6 +24,7 @@ from dehyst.shell import command, visible
 
 # More rows than these are no table that anybody reads: the first and the last are shown, JSON has all. [rows]
 MOST_ROWS = 24
+SHORT = {"counter-clockwise": "ccw", "clockwise": "cw"}  # in a narrow column
 
 
 def run_loops(request: LoopsRequest) -> None:
@@ -52,17 +55,21 @@ def _print(measured: Loops, records: Sequence[Recording], request: LoopsRequest)
     pair = f"{visible(measured.output_label)} over {visible(measured.input_label)}"
     out.print(f"{pair}: {measured.opening_words}", style="bold", soft_wrap=True)
     out.print()
-    out.print(table(_heads(measured), _rows(measured, first)), crop=False)
+    rows = _rows(measured, first)
+    out.print(table(_columns(measured, rows), rows), crop=False)
+    hidden = len(measured.loops) - MOST_ROWS
+    if hidden > 0:
+        out.print(f"{hidden} loops in the middle are not shown; --json has all")
     if measured.count > len(measured.loops):
         out.print(
             f"{len(measured.loops)} of {measured.count} loops were measured, spread over the log"
         )
     out.print()
     out.print(_title(measured), style="bold", soft_wrap=True)
-    rows = []
+    largest = []
     for label, number, where in measured.rows:
-        rows.append((f"  {label}", number, where))
-    numbers = table(("", ">", ""), rows)
+        largest.append((f"  {label}", number, where))
+    numbers = table(("", ">", ""), largest)
     numbers.show_header = False
     out.print(numbers)
     out.print(f"intervals of 95 %: {measured.basis}")
@@ -120,6 +127,19 @@ def _heads(measured: Loops) -> tuple[str, ...]:
     return (*heads, ">coercivity", ">gap", *_turned(measured, ""))
 
 
+def _columns(measured: Loops, rows: Sequence[tuple[str, ...]]) -> list[Column]:
+    """Columns as wide as their widest cell: no number is cut, however narrow the terminal."""
+    columns = []
+    for k, head in enumerate(_heads(measured)):
+        name = head.removeprefix(">")
+        width = max(len(row[k]) for row in rows if k < len(row))
+        column = Column(name, no_wrap=True, min_width=max(width, len(name)))
+        if name != head:
+            column.justify = "right"
+        columns.append(column)
+    return columns
+
+
 def _turned(measured: Loops, name: str) -> tuple[str, ...]:
     """A cell of the column of directions, which is there where they differ."""
     if len({loop.orientation for loop in measured.loops}) == 1:
@@ -146,8 +166,10 @@ def _rows(measured: Loops, record: Recording) -> list[tuple[str, ...]]:
         if hidden > 0 and half <= k < half + hidden:
             continue
         if hidden > 0 and k == half + hidden:
-            rows.append((f"... {hidden} more",))
-        rows.append((*_row(loop), *_turned(measured, loop.orientation)))
+            rows.append(("...",))
+        rows.append(
+            (*_row(loop), *_turned(measured, SHORT.get(loop.orientation, loop.orientation)))
+        )
     return rows
 
 

@@ -227,8 +227,12 @@ def _turn(axes: Axes, loop: MeasuredLoop, side: str, unit: str) -> None:
     if upper:
         place, up = 0.97, "top"
     across, align = 0.97, "right"
-    # Beside the end, where the loop is not.
-    if upper != _falls(loop):
+    # Beside the end, where the loop is not; where both ends are high, or low, each on its own side.
+    other = loop.saturation_low + loop.saturation_high - saturation
+    if upper == (other >= 0.5 * (loop.output_low + loop.output_high)):
+        if side == "low":
+            across, align = 0.03, "left"
+    elif upper != _falls(loop):
         across, align = 0.03, "left"
     axes.annotate(
         f"{with_unit(saturation, unit)} at the {TURNS[side]} turn\n"
