@@ -108,9 +108,9 @@ def test_on_a_wing_model_and_inverse_undo_each_other(side, sign, squares):
     y = 3.0 + 5.0 * sign * np.array(squares)
     x = wing.inverse().simulate(y)
     assert np.max(np.abs(wing.simulate(x) - y)) < 1e-12 * 5.0
-    # From the same rest both ways are the same: the butterfly itself gives these outputs for these inputs.
-    assert np.max(np.abs(model.simulate(x) - y)) < 1e-12 * 5.0
-    assert (x[0] > 1.0) == (side == "upper")
+    # After the same poling the butterfly itself gives these outputs for these inputs.
+    poled = model.after_strokes(x[0], side == "lower")
+    assert np.max(np.abs(poled.simulate(x) - y)) < 1e-12 * 5.0
 
 
 @pytest.mark.parametrize("side", WINGS)
@@ -259,6 +259,25 @@ def test_the_numbers_of_a_butterfly_are_its_wings_and_where_it_turns():
     assert "clockwise wing" in loops.wing_words and json.dumps(loops.as_dict())
 
 
+@pytest.mark.parametrize(("side", "rising"), [("upper", False), ("lower", True)])
+def test_the_inverse_of_a_wing_begins_poled_from_the_end_of_that_wing(side, rising):
+    model = example("butterfly")
+    end = {"upper": 1.0, "lower": -1.0}[side] * np.max(np.abs(model.ends))
+    wing = model.wing(side)
+    wanted = wing.simulate(end * np.array([0.9, 0.6, 0.8, 0.55, 0.95]))
+    demand = wing.inverse().simulate(wanted)
+    # The whole model, after strokes over its range, the last one from that end.
+    answer = model.after_strokes(demand[0], rising).simulate(demand)
+    assert np.max(np.abs(answer - wanted)) < 1e-12 * np.ptp(wanted)
+
+
+def test_evaluate_of_a_butterfly_names_the_wing_and_is_no_refusal():
+    model = example("butterfly")
+    x = 0.5 * np.sum(model.ends) + 0.5 * np.ptp(model.ends) * np.sin(np.linspace(0.0, 20.0, 2000))
+    evaluation = dehyst.evaluate({"m": model}, dehyst.Recording(x, model.simulate(x)))
+    assert evaluation.run == "m" and "on one wing" in evaluation.why
+
+
 @pytest.mark.slow
 def test_the_actuator_of_the_examples_follows_on_one_wing(tmp_path, run, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -276,7 +295,7 @@ def test_the_actuator_of_the_examples_follows_on_one_wing(tmp_path, run, monkeyp
     )
     status, _, error = run("compensate", "m.json", "wanted.csv", "--out", "c.csv")
     assert status != 0 and "--wing upper" in error
-    line = ("compensate", "m.json", "wanted.csv", "--start", "falling", "--out", "c.csv")
+    line = ("compensate", "m.json", "wanted.csv", "--out", "c.csv")
     assert run(*line, "--wing", "upper")[0] == 0
     demand = np.genfromtxt("c.csv", delimiter=",", names=True)["compensated_field_kVmm"]
     # The same from a log of the poling, in place of its name.

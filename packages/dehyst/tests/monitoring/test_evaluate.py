@@ -219,6 +219,15 @@ def test_the_loop_of_the_log_is_beside_that_of_each_model(run, files):
     assert modelled == pytest.approx([measured, 0.0], abs=1e-3)
 
 
+def test_loops_of_a_model_are_in_the_units_of_the_log():
+    radians = log(y=np.deg2rad(PLAYS.simulate(X)), output_unit="rad")
+    evaluation = dehyst.evaluate({"plays": PLAYS}, radians)
+    measured, modelled = evaluation.loops, evaluation["plays"].loops
+    assert modelled.units == measured.units
+    width = measured.estimates["width"].value
+    assert modelled.estimates["width"].value == pytest.approx(width, rel=1e-6)
+
+
 def test_a_log_that_no_model_explains_is_a_no_and_wrong_columns_are_refused(run, files, tmp_path):
     other = tmp_path / "other.csv"
     rows = np.column_stack([T, X, np.random.default_rng(0).normal(size=X.size)])

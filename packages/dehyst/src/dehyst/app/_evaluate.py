@@ -193,5 +193,6 @@ def _next(evaluation: Evaluation, request: EvaluateRequest) -> str:
         evaluation.run,
         "REFERENCE.csv",
         output=request.output or model.card.output.name,
+        **model.wing_to_type,
         **needs,
     )

@@ -183,7 +183,7 @@ def _row(loop: MeasuredLoop) -> tuple[str, ...]:
         f"{loop.input_low:.4g}",
         f"{loop.input_high:.4g}",
         _number(loop.width),
-        f"{loop.opening_percent:.2g}",
+        f"{float(f'{loop.opening_percent:.2g}'):g}",
         _number(loop.area),
         _number(loop.coercivity),
         gap,

@@ -85,6 +85,9 @@ def run_compensate(request: CompensateRequest) -> None:
     shaped, lead, about_shape = _shaped(request, model, signal, y)
     findings += about_shape
     with ask_progress("inverting"):
+        if request.wing is not None and request.begin is None and not known:
+            end = {"upper": "highest", "lower": "lowest"}[request.wing]
+            known = f"poled, over the whole range and from the {end} {model.card.input.name} to the first sample"
         played = _noted(_played(request, inverse, signal, shaped, COMPENSATED), known)
         if not request.unknown_state:
             findings += _proof(model, inverse, played, shaped)
@@ -185,6 +188,10 @@ def _played(
             columns[_column(card, "doubt")] = band.half_width
     if not note and start == models_kit.MODEL and model.core == "direct":
         note = f"a direct inverse remembers no past of its log: {models_kit.ABOUT['rest']}"
+    # Where the output falls with the input, a rising output is a falling input.
+    moved = {"rising": "rose", "falling": "fell"}
+    if start in moved:
+        note = f"{models_kit.ABOUT[start]}: it is {model.card.input.name} that {moved[start]}"
     return _Played(
         columns, answer, start, note or models_kit.ABOUT.get(start, ""), findings, time, schedules
     )
@@ -580,7 +587,7 @@ def _write(
         refuse_existing(request.out, request.overwrite, content=text)
         write_atomically(request.out, text)
         tell(f"wrote {request.out}: {', '.join(table)}")
-    if played.note and not played.start and request.after is not None:
+    if played.note and not played.start and not request.unknown_state:
         tell(f"start: {played.note}")
     if played.start:
         tell(f"start: {played.start}, {played.note}")

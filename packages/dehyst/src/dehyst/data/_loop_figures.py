@@ -397,6 +397,9 @@ def _trends(chosen: Sequence[MeasuredLoop]) -> dict[str, LoopEstimate]:
         if not abs(mean) > 0.0:
             continue
         share = series / abs(mean)
+        # What rounding does is no change, however regular.
+        if float(np.ptp(share)) < ROUNDING:
+            share = np.ones(count)
         left = share - basis @ np.linalg.lstsq(basis, share, rcond=None)[0]
         slope = float(along @ left) / spread
         left = left - slope * along

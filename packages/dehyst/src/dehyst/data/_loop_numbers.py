@@ -266,12 +266,13 @@ class Loops(Plotted):
     @property
     def opening_words(self) -> str:
         """Direction and largest opening of the largest loops."""
-        percent = self.estimates["opening_percent"].value
+        # Two digits without an exponent: 100, never 1e+02.
+        percent = float(f"{self.estimates['opening_percent'].value:.2g}")
         if self.orientation == "butterfly":
-            return f"butterfly loop, opening {percent:.2g} % of range"
+            return f"butterfly loop, opening {percent:g} % of range"
         if self.orientation == "none":
-            return f"no loop (branches at most {percent:.2g} % of range apart)"
-        return f"loop {self.orientation}, opening {percent:.2g} % of range"
+            return f"no loop (branches at most {percent:g} % of range apart)"
+        return f"loop {self.orientation}, opening {percent:g} % of range"
 
     @property
     def wing_words(self) -> str:

@@ -353,7 +353,8 @@ class ElementModel(LoopModel):
         """Return one wing of a butterfly: a sum with an inverse, and this model while the actuator is on that wing.
 
         Beyond the turn there is no output: for one that lies there the inverse holds the input of the turn. The output
-        range of its card is that of the wing.
+        range of its card is that of the wing. It begins as after poling: the input went over its whole range, and comes
+        from the end of this wing; a memory that is known stays.
 
         Parameters
         ----------
@@ -406,7 +407,10 @@ class ElementModel(LoopModel):
         fall = v[inner] + way * (2.0 * np.ptp(v) + np.array([0.0, 1.0]))
         points = sorted(zip([*u, *edge], [*v, *fall], strict=True))
         arguments, values = zip(*np.array(points).tolist(), strict=True)
-        return replace(self, after_map=(arguments, values), scaling=scaling, card=card)
+        wing = replace(self, after_map=(arguments, values), scaling=scaling, card=card)
+        if isinstance(self.start, tuple):
+            return wing
+        return wing.after_strokes(0.0, rising=side == "lower")
 
     @property
     def no_export(self) -> str:

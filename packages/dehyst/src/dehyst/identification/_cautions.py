@@ -101,8 +101,8 @@ def about_data(
             )
         yield Finding(
             "butterfly-loop",
-            f"the loop is a butterfly: the output turns while the input goes on, at {up:.3g} on the way up and at "
-            f"{down:.3g} on the way down, as the strain of a ferroelectric or a magnetostrictive rod does. {cure}",
+            f"the loop is a butterfly: the output turns while the input goes on, near {up:.1g} on the way up and "
+            f"near {down:.1g} on the way down, as the strain of a ferroelectric or a magnetostrictive rod does. {cure}",
         )
     elif loop.orientation == "mixed" and not knows.crosses:
         yield Finding(

@@ -285,7 +285,7 @@ class LoopFacts:
     @property
     def loop_words(self) -> str:
         """The loop in a few words."""
-        opening = f"{self.width_percent:.2g} % of range"
+        opening = f"{float(f'{self.width_percent:.2g}'):g} % of range"
         if self.butterfly is not None:
             return f"butterfly loop, opening {opening}"
         if self.orientation == "none":

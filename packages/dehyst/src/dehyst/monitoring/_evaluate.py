@@ -36,6 +36,7 @@ from dehyst.models import kit as models_kit
 from dehyst.monitoring._logs import fitted_share, recording_in_units_of, unexplained
 from dehyst.monitoring._policy import POLICY as LIMITS
 from dehyst.monitoring._result import as_dicts
+from dehyst.units import convert
 
 
 @dataclass(frozen=True)
@@ -633,8 +634,12 @@ def _forward(entry: Scored, log: _Log, records: Sequence[Recording]) -> Scored:
     if log.follow_offset is not None:
         outputs = _followed(model, records, outputs, log.follow_offset)
     predicted = []
-    for record, output in zip(records, outputs, strict=True):
-        predicted.append(replace(record, output=output))
+    for logged, output in zip(log.records, outputs, strict=True):
+        # In the units of the log, so that its loops stand beside those that were measured.
+        source, target = model.card.output.unit, logged.output_unit
+        if source and target:
+            output = convert(output, source, target)
+        predicted.append(replace(logged, output=output))
     return replace(
         entry,
         output=score(tuple(records), outputs, log.part, span),
@@ -760,6 +765,12 @@ def _advice(entries: Sequence[Scored]) -> tuple[str | None, str]:
         invertible.append(entry)
         if grade_in(entry.model.card.provenance) is not Grade.BAD:
             able.append(entry)
+    winged = next((entry for entry in entries if entry.model.winged and entry.output), None)
+    if not invertible and winged is not None:
+        return winged.name, (
+            f"its output errs by {winged.error_percent:.2f} % of range rms without bias. It compensates on one wing, "
+            f"which a log over both cannot score."
+        )
     if not invertible:
         return None, "no model has an inverse that could be run on this log; see the reasons."
     if not able:
