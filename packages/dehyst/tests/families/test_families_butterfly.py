@@ -205,9 +205,7 @@ def test_half_a_butterfly_a_peak_on_one_way_alone_and_a_rest_are_none():
     assert butterfly_in([(x, 2.0 * early**2 - 1.0)]) is None
 
 
-@pytest.mark.parametrize(
-    "output", [np.zeros(1600), FIELD, np.abs(FIELD)], ids=["constant", "line", "no hysteresis"]
-)
+@pytest.mark.parametrize("output", [np.zeros(1600), FIELD], ids=["constant", "line"])
 def test_other_logs_are_refused_with_an_error_of_dehyst(output):
     with pytest.raises(DehystError):
         dehyst.identify(dehyst.Recording(FIELD, output, TIME), "butterfly")
@@ -269,6 +267,20 @@ def test_the_inverse_of_a_wing_begins_poled_from_the_end_of_that_wing(side, risi
     # The whole model, after strokes over its range, the last one from that end.
     answer = model.after_strokes(demand[0], rising).simulate(demand)
     assert np.max(np.abs(answer - wanted)) < 1e-12 * np.ptp(wanted)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("curve", [np.abs, np.square, lambda x: np.cos(1.3 * (x - 0.2))])
+def test_a_curve_that_turns_without_a_loop_is_followed_and_is_called_no_loop(curve):
+    x = np.interp(
+        np.arange(6000), np.arange(0, 6001, 500), [0, 2, -2, 2, -2, 1, -1.5, 2, -2, 0.5, 2, -2, 2]
+    )
+    y = curve(0.5 * x)
+    y = y + 2e-3 * np.ptp(y) * np.random.default_rng(1).standard_normal(x.size)
+    fit = dehyst.identify(dehyst.Recording(x, y))
+    assert fit.test.rmse_percent < 1.0 < 0.1 * fit.static_test.rmse_percent
+    finding = next(f for f in fit.warnings if f.code == "butterfly-loop")
+    assert "without a loop" in finding.message and fit.facts.loop_words.startswith("no loop")
 
 
 def test_evaluate_of_a_butterfly_names_the_wing_and_is_no_refusal():

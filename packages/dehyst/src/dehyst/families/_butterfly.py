@@ -88,7 +88,7 @@ def butterfly_in(signals: Sequence[tuple[Array, Array]]) -> Butterfly | None:
     """Return where the output turns within strokes, if these make a butterfly; None if not.
 
     Both ways over most of the range must have a turn of the same kind, well inside and deep enough, the one on the
-    way up at a higher input. A damper or a resonance has a peak on one way and a valley on the other.
+    way up at no lower input. A damper or a resonance has a peak on one way and a valley on the other.
 
     Parameters
     ----------
@@ -127,7 +127,8 @@ def butterfly_in(signals: Sequence[tuple[Array, Array]]) -> Butterfly | None:
             turn = _turn(sign * sums[way, seen] / counts[way, seen])
             turns.append(-1 if turn is None else int(seen[turn]))
         up, down = turns
-        if min(turns) >= 0 and up > down:
+        # One cell less is none: a curve that turns without a loop, at the edge of a cell.
+        if min(turns) >= 0 and up >= down - 1:
             places = (2.0 * np.array(turns) + 1.0) / CELLS - 1.0
             return Butterfly(float(places[0]), float(places[1]), sign > 0.0, strokes)
     return None

@@ -99,11 +99,16 @@ def about_data(
                 "This model follows that; it has an inverse on one wing alone, and compensates where the output need "
                 "not turn: --wing upper or --wing lower of dehyst compensate."
             )
-        yield Finding(
-            "butterfly-loop",
+        words = (
             f"the loop is a butterfly: the output turns while the input goes on, near {up:.1g} on the way up and "
-            f"near {down:.1g} on the way down, as the strain of a ferroelectric or a magnetostrictive rod does. {cure}",
+            f"near {down:.1g} on the way down, as the strain of a ferroelectric or a magnetostrictive rod does"
         )
+        if loop.orientation == "none":
+            words = (
+                f"the output turns near {0.5 * (up + down):.1g} while the input goes on, without a loop: it is a "
+                f"function of the input, but two inputs give one output"
+            )
+        yield Finding("butterfly-loop", f"{words}. {cure}")
     elif loop.orientation == "mixed" and not knows.crosses:
         yield Finding(
             "mixed-loop",

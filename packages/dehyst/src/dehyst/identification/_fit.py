@@ -286,9 +286,9 @@ class LoopFacts:
     def loop_words(self) -> str:
         """The loop in a few words."""
         opening = f"{float(f'{self.width_percent:.2g}'):g} % of range"
-        if self.butterfly is not None:
+        if self.butterfly is not None and self.has_loop:
             return f"butterfly loop, opening {opening}"
-        if self.orientation == "none":
+        if not self.has_loop:
             return f"no loop (branches at most {opening} apart)"
         mirrored = ""
         # Drawn as it was logged it runs the other way round, as `dehyst loops` says.
