@@ -125,7 +125,7 @@ def _print(
     out = app_kit.terminal()
     figures = core.as_dict()
     out.print(
-        f"{visible(core.recording.name)}: loss {core.intervals['loss']} per cycle",
+        f"{visible(core.recording.name)}: loss {core.intervals['loss_J_per_m3']} per cycle",
         style="bold",
         soft_wrap=True,
     )
@@ -146,6 +146,10 @@ def _print(
         "None of these closes a small loop where it began: of smaller loops trust the column above, not the shape.",
         soft_wrap=True,
     )
+    if core.largest.completed:
+        out.print(
+            "half of the loop was measured; the other half is the same, turned about the centre"
+        )
     if written:
         out.print(
             f"{written['model']} for {FORMATS[written['format']].title}: {written['verified']}",
@@ -176,9 +180,9 @@ def _rows(core: Core, figures: dict[str, Any]) -> list[tuple[str, str, str]]:
     at_frequency = "the log has no time; --dt SECONDS gives it one"
     if figures["frequency_Hz"] is not None:
         at_frequency = f"at {figures['frequency_Hz']:.4g} Hz"
-    about, remains = "half the way between both H at B = 0", "half the way between both B at H = 0"
+    about, remains = "half between both H at B = 0", "half between both B at H = 0"
     if core.loops.output_reference != "zero":
-        about = "half the width of the loop along H"
+        about = "half the width along H"
     if core.loops.input_reference != "zero":
         remains = "half the width along B"
     if not core.centred:
@@ -193,8 +197,8 @@ def _rows(core: Core, figures: dict[str, Any]) -> list[tuple[str, str, str]]:
             ("of it in smaller loops", f"{core.inner_loss:.3g} J/m3", "that lie in the cycle")
         )
     rows += [
-        ("Hc", str(core.intervals["Hc"]), about),
-        ("Br", str(core.intervals["Br"]), remains),
+        ("Hc", str(core.intervals["Hc_A_per_m"]), about),
+        ("Br", str(core.intervals["Br_T"]), remains),
         ("Bs", bs, "B at the tips less mu0 H"),
         ("amplitude permeability", f"{figures['amplitude_permeability']:.0f}",
          f"swing of B over mu0 H, {swing:.3g} T"),

@@ -91,9 +91,9 @@ class Core:
         inner = self.loss - area.value
         loss = LoopEstimate(self.loss, area.low + inner, area.high + inner, "J/m3")
         return {
-            "loss": loss,
-            "Hc": self.loops.estimates["coercivity"],
-            "Br": self.loops.estimates["remanence"],
+            "loss_J_per_m3": loss,
+            "Hc_A_per_m": self.loops.estimates["coercivity"],
+            "Br_T": self.loops.estimates["remanence"],
         }
 
     @property
@@ -308,7 +308,9 @@ def _middle(values: Array) -> tuple[float, float]:
 
 def _falls(loops: Loops) -> bool:
     """Whether B falls while H rises."""
-    return float(np.corrcoef(loops.largest[0].path)[0, 1]) < POLICY.falling
+    h, b = loops.largest[0].path
+    h, b = h - h.mean(), b - b.mean()
+    return float(h @ b) < POLICY.falling * float(np.linalg.norm(h) * np.linalg.norm(b))
 
 
 def _tip_slope(loops: Loops) -> tuple[float, float]:
