@@ -151,8 +151,23 @@ def test_noise_of_one_percent_moves_neither_bs_nor_the_frequency_nor_saturation(
         assert interval.high - interval.low < 0.2 * value, name
 
 
-def test_noise_does_not_hide_that_a_loop_is_unsaturated():
-    assert not core_of(tanh_log(0.01, width=60.0)).saturated
+@pytest.mark.parametrize(("noise", "every"), [(0.01, 1), (0.05, 1), (0.0, 25), (0.0, 50)])
+def test_neither_noise_nor_few_samples_hide_that_a_loop_is_unsaturated(noise, every):
+    record = tanh_log(noise, width=60.0)
+    few = Recording(record.input[::every], record.output[::every], record.time[::every], **UNITS)
+    assert not core_of(few).saturated
+
+
+def test_noise_that_makes_loops_of_its_own_adds_nothing_to_the_loss():
+    assert core_of(tanh_log(0.05)).loss == pytest.approx(96.0, rel=0.1)
+
+
+@pytest.mark.parametrize("samples", [8, 12, 20, 1000])
+def test_the_frequency_does_not_depend_on_the_samples_of_a_cycle(samples):
+    record = ellipse(time=np.linspace(0.0, 0.06, 3001))
+    time = np.linspace(0.0, 0.06, 3 * samples + 1)
+    signals = (np.interp(time, record.time, values) for values in (record.input, record.output))
+    assert core_of(Recording(*signals, time, **UNITS)).frequency == pytest.approx(50.0, rel=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -112,7 +112,8 @@ class Core:
                 and starts_in
                 and loop.end <= largest.end + slack
             ):
-                total += loop.area
+                # Loops of noise run either way, those of a core one way.
+                total += math.copysign(loop.area, enclosed(*loop.path))
         return total
 
     @property
@@ -176,6 +177,11 @@ def monotone_path(h: Array, b: Array) -> tuple[Array, Array]:
     path[:top] = never_falling(path[:top])
     path[top:] = -never_falling(-path[top:])
     return np.roll(path, low), smooth_b
+
+
+def enclosed(h: Array, b: Array) -> float:
+    """Area of a closed path, the integral of H dB: positive where it runs counter-clockwise. [J/m3]"""
+    return float(0.5 * (h + np.roll(h, -1)) @ (np.roll(b, -1) - b))
 
 
 def _backward(h: Array) -> float:
@@ -278,8 +284,10 @@ def core_of(recording: Recording, *, symmetric: bool = False) -> Core:
         loops = measure_loops(record, symmetric=symmetric)
     # Once all domains have turned, B rises no faster than in vacuum.
     slope, least = _tip_slope(loops)
-    saturated = least < POLICY.saturated * MU_0
-    bs = _polarisation(loops, h)
+    # What noise may make of a flat tip is small against the whole loop.
+    large = slope > POLICY.rising * float(np.ptp(b)) / float(np.ptp(h))
+    saturated = not large and least < POLICY.saturated * MU_0
+    bs = _polarisation(loops, h, b)
     core = Core(record, loops, bs, saturated, _frequency(loops, record), ())
     if not core.centred:
         findings.append(
@@ -315,23 +323,26 @@ def _falls(loops: Loops) -> bool:
 
 def _tip_slope(loops: Loops) -> tuple[float, float]:
     """Rise of B over the last tenth of the field, at the steeper tip, and the low end of its interval. [H/m]"""
-    slopes = [(0.0, 0.0)]
+    slopes = []
     for end in ("high", "low"):
         # Where B lags, both branches bend upright at the tip; in their mean that cancels.
         to, back = loops.estimates[f"slope_to_{end}"], loops.estimates[f"slope_from_{end}"]
         mean = 0.5 * (to.value + back.value)
         reach = 0.25 * math.hypot(to.high - to.low, back.high - back.low)
         if math.isfinite(mean):
-            slopes.append((mean - reach, mean))
-    least, mean = max(slopes)
-    return mean, least
+            slopes.append((mean, mean - reach))
+    # A loop of a few samples has none near its tips.
+    return max(slopes, default=(0.0, 0.0))
 
 
-def _polarisation(loops: Loops, h: Array) -> float:
+def _polarisation(loops: Loops, h: Array, b: Array) -> float:
     """B - mu_0 H at the tip where it is larger: what vacuum would carry is no part of the material's own flux. [T]"""
-    tips = (("high", float(h.max())), ("low", float(h.min())))
-    sizes = [abs(loops.estimates[f"saturation_{end}"].value - MU_0 * field) for end, field in tips]
-    return float(np.nanmax(sizes))
+    sizes = []
+    for end, field in (("high", float(h.max())), ("low", float(h.min()))):
+        size = abs(loops.estimates[f"saturation_{end}"].value - MU_0 * field)
+        if math.isfinite(size):
+            sizes.append(size)
+    return max(sizes, default=float(np.abs(b - MU_0 * h).max()))
 
 
 def _frequency(loops: Loops, record: Recording) -> float:
@@ -343,13 +354,13 @@ def _frequency(loops: Loops, record: Recording) -> float:
     if largest.completed:
         return 0.5 / length
     middle, half = _middle(record.input)
-    # Noise moves the turns, where a cycle begins; its steep parts stay.
-    steep = np.abs(record.input - middle) < 0.5 * half
+    # Noise moves the turns, where a cycle begins; its steep parts, which weigh here, stay.
+    weight = np.maximum(0.0, 1.0 - ((record.input - middle) / (0.5 * half)) ** 2)
     places = []
     for loop in loops.loops:
-        inside = steep & (record.time >= loop.start) & (record.time <= loop.end)
+        inside = weight * ((record.time >= loop.start) & (record.time <= loop.end))
         if loop.depth > POLICY.smaller * largest.depth and inside.any():
-            places.append(float(np.mean(record.time[inside])))
+            places.append(float(np.average(record.time, weights=inside)))
     periods = np.diff(np.sort(places))
     # Between some of them lie cycles of another size.
     periods = periods[np.abs(periods - length) < 0.2 * length]

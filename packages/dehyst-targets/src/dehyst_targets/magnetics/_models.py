@@ -27,7 +27,7 @@ import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.errors import IdentificationError
-from dehyst_targets.magnetics._loop import MU_0, Core, monotone_path, never_falling
+from dehyst_targets.magnetics._loop import MU_0, Core, enclosed, monotone_path, never_falling
 
 STEPS = 100  # of an integration over the range of the field, at least
 SAMPLES = 250  # of a loop for the search
@@ -309,11 +309,6 @@ def _judged(name: str, model: JilesAtherton | Tellinen | Chan, core: Core) -> Co
     size = float(np.sqrt(np.mean(smaller))) if smaller else float("nan")
     error = float(np.sqrt(np.mean((modelled - b) ** 2))) / float(np.ptp(b))
     return CoreFit(name, model, error, loss / abs(enclosed(h, b)) - 1.0, size)
-
-
-def enclosed(h: Array, b: Array) -> float:
-    """Area of a closed path, the integral of H dB. [J/m3]"""
-    return float(_areas(h, b[:, None])[0])
 
 
 def _areas(h: Array, b: Array) -> Array:

@@ -15,6 +15,8 @@ class CorePolicy:
     # The tips are saturated where the loop rises by no more than this times vacuum; soft cores rise a hundred times
     # more steeply before. [-]
     saturated: float = 30.0
+    # A rise at the tips of this share of the slope from tip to tip is none of noise: 5 % of it made half of that. [-]
+    rising: float = 0.05
     # A loop is driven about zero if the middle of its field is within this share of half its range; current probes
     # have an offset of one or two hundredths. [-]
     even: float = 0.03
