@@ -444,7 +444,7 @@ def magnetic_cores() -> Figure:
     core = runpy.run_path(str(ROOT / "examples" / "simulators" / "ferrite_core.py"))["log"]()
     core = core_of(dehyst.Recording(core[:, 1], core[:, 2], input_unit="A/m", output_unit="mT"))
     figure = Figure(figsize=(9.6, 3.6), layout="constrained")
-    fits, (h, b) = fit_core(core), core.largest.path
+    fits, (h, b) = fit_core(core), core.path
     for panel, key in zip(
         figure.subplots(1, 3, sharey=True), ("chan", "jiles-atherton", "tellinen"), strict=True
     ):

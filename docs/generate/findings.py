@@ -977,14 +977,19 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "voltage has no zero of its own. The middle is taken out.",
             "None.",
         ),
+        "core-reversed": (
+            "B falls while H rises. No core does so: H or B has the wrong sign, and which one cannot be told. B is "
+            "taken with the other sign.",
+            "Connect one coil or probe the other way round before the next log.",
+        ),
         "core-biased": (
-            "H and B do not swing about zero. Hc and Br are then half the widths of this loop, not of the material; "
-            "LTspice and Modelica ask for a loop about zero.",
+            "H does not swing about zero, by more than {EVEN:%} of half its range. Hc and Br are then those of this "
+            "loop, not of the material; LTspice and Modelica ask for a loop about zero.",
             "Log a loop about zero.",
         ),
         "core-unsaturated": (
-            "At its tips the loop rises {SATURATED:.0f} times as steeply as vacuum or more: it is not saturated. Bs is "
-            "a lower bound, and Hc and Br grow with the amplitude.",
+            "At its tips the loop rises {SATURATED:.0f} times as steeply as vacuum or more, beyond what its noise can "
+            "make: it is not saturated. Bs is a lower bound, and Hc and Br grow with the amplitude.",
             "Log a larger field, or use the model within this one.",
         ),
     },
@@ -993,6 +998,12 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Fewer than {FEWEST_MINOR} samples lie outside of the outer loop. How soon the voltage changes branches "
             "after a turn is not known, and PyBaMM asks for it.",
             "Log partial cycles, or type the rate: `--decay 50`.",
+        ),
+        "ocv-no-gain": (
+            "The model of one state errs by more than {GAIN:%} of what a curve without hysteresis errs by. It is no "
+            "better, and no file is written. If the model follows the log with charge and voltage exchanged, the "
+            "values stand under the wrong headings, and the message says so.",
+            "Correct the headings, or check that both columns are of one electrode and its cycles slow.",
         ),
     },
 }

@@ -85,6 +85,46 @@ def test_exchanged_columns_are_named(tmp_path):
         read_ocv(log, charge="voltage", voltage="charge")
 
 
+def test_values_under_the_wrong_headings_are_told_by_the_model_of_the_columns_exchanged():
+    charge, voltage = columns()
+    (finding,) = fit_ocv(ocv_of(voltage, charge)).findings
+    assert finding.code == "ocv-no-gain"
+    assert "under the wrong headings" in finding.message
+    assert fit_ocv(ocv_of(charge, voltage)).findings == ()
+
+
+def test_a_rate_that_was_typed_wrong_is_not_taken_for_exchanged_columns():
+    (finding,) = fit_ocv(ocv_of(*columns()), decay=0.01).findings
+    assert finding.code == "ocv-no-gain"
+    assert "the rate that was typed" in finding.message
+    assert "headings" not in finding.message
+
+
+@pytest.mark.slow
+def test_a_model_that_is_no_better_than_a_curve_is_not_written(run, tmp_path):
+    log = write_csv(tmp_path / "ocv.csv", open_circuit())
+    out = tmp_path / "p.py"
+    status, _, err = run("battery", str(log), "--decay", "0.01", "--out", str(out))
+    assert status == 2
+    assert "no file is written" in " ".join(err.split())
+    assert not out.exists()
+
+
+def test_a_log_of_current_is_told_how_it_becomes_a_charge(tmp_path):
+    charge, voltage = columns()
+    time = 20.0 * np.arange(charge.size)
+    current = np.diff(charge, prepend=charge[0]) * 3600.0 / 20.0
+    signals = {"time [s]": time, "current [A]": current, "voltage [V]": voltage}
+    with pytest.raises(
+        ColumnError, match="running sum of current in A times time step in s, over 3600"
+    ):
+        read_ocv(write_csv(tmp_path / "i.csv", signals))
+    # As the message says.
+    signals["charge [Ah]"] = np.cumsum(current * np.diff(time, prepend=time[0])) / 3600.0
+    summed = read_ocv(write_csv(tmp_path / "q.csv", signals))
+    np.testing.assert_allclose(summed.x, ocv_of(charge, voltage).x, atol=1e-6)
+
+
 @pytest.mark.slow
 def test_the_command_prints_errors_and_writes_the_file(run, tmp_path):
     log, out = write_csv(tmp_path / "ocv.csv", open_circuit()), tmp_path / "p.py"

@@ -17,6 +17,7 @@ from dehyst_targets.magnetics import (
     core_file,
     run_ngspice,
 )
+from dehyst_targets.magnetics._command import _plain_number
 from dehyst_targets.magnetics._models import CoreFit
 from simulated_loops import core_loop
 
@@ -128,3 +129,17 @@ def test_an_unknown_simulator_is_refused_before_anything_is_read(run, tmp_path):
     status, _, err = run("magnet", str(tmp_path / "core.csv"), "--format", "pspice")
     assert status == 2
     assert "--out" in err
+
+
+@pytest.mark.parametrize(("value", "words"), [(-123.4, "-120"), (0.0412, "+0.041"), (7.0, "+7")])
+def test_percents_are_plain_numbers(value, words):
+    assert _plain_number(value, 2, sign=True) == words
+
+
+@pytest.mark.slow
+def test_a_core_of_one_size_of_loop_has_no_row_of_a_smallest_one(run, core_csv):
+    status, printed, _ = run("magnet", str(core_csv), "--symmetric")
+    assert status == 0
+    assert "smallest" not in printed
+    assert "e+" not in printed
+    assert "--symmetric" in printed.partition("next:")[2]

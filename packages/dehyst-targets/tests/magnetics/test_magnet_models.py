@@ -106,3 +106,23 @@ def test_a_loop_without_width_is_refused():
     h = 100.0 * np.sin(np.linspace(0.0, 5.0 * np.pi, 501))
     with pytest.raises(IdentificationError, match="no area"):
         fit_core(core_of(Recording(h, 1e-3 * h, **UNITS)))
+
+
+def test_a_field_that_rests_stays_on_its_branch_of_chan():
+    model = Chan(20.0, 0.2, 0.4)
+    h = np.array([50.0, 30.0, 10.0, 10.0, 10.0, 10.0, -30.0])
+    np.testing.assert_allclose(model.simulate(h, 0.0), model.branches(h)[1])
+
+
+@pytest.mark.slow
+def test_noise_of_one_percent_does_not_change_the_errors_of_models():
+    time = np.arange(10_000) / 50e3
+    h, way = 100.0 * np.sin(100.0 * np.pi * time), np.sign(np.cos(100.0 * np.pi * time))
+    b = 1.2 * np.tanh((h - 20.0 * way) / 40.0) + 0.6 * way * (math.tanh(3.0) - math.tanh(2.0))
+    random = np.random.default_rng(0)
+    noise = random.normal(size=(2, h.size))
+    clean = fit_core(core_of(Recording(h, b, time, **UNITS)))
+    noisy = fit_core(core_of(Recording(h + noise[0], b + 0.012 * noise[1], time, **UNITS)))
+    for name, fit in clean.items():
+        assert noisy[name].error == pytest.approx(fit.error, abs=0.003), name
+        assert noisy[name].loss_error == pytest.approx(fit.loss_error, abs=0.03), name

@@ -19,7 +19,7 @@ from dehyst.app import (
 )
 from dehyst.app import kit as app_kit
 from dehyst.data import Recording
-from dehyst.errors import DehystError
+from dehyst.errors import DehystError, OutputError
 from dehyst.files import write_atomically
 from dehyst.identification import identify
 from dehyst.report import PageFigure, Panel, PanelLine, chart, require_picture_name
@@ -55,6 +55,10 @@ def run_battery(request: BatteryRequest) -> None:
     with ask_progress("fitting", request.json):
         fit = fit_ocv(log, decay=request.decay)
         default = default_error(log)
+    findings = (*log.findings, *fit.findings)
+    useless = [finding.message for finding in fit.findings if finding.code == "ocv-no-gain"]
+    if request.out is not None and useless:
+        raise OutputError(useless[0])
     if request.out is not None:
         state = fit.start(float(log.x[0]), float(log.voltage[0]))
         about = f"From {visible(log.name)}; rms {1e3 * fit.error:.2g} mV."
@@ -65,7 +69,6 @@ def run_battery(request: BatteryRequest) -> None:
         write_atomically(request.out, text)
     if request.figure is not None:
         write_ocv_figure(request.figure, log, fit)
-    findings = (*log.findings, *fit.findings)
     if request.json:
         print_json({
             "format": "dehyst-battery",
@@ -79,7 +82,7 @@ def run_battery(request: BatteryRequest) -> None:
     _print(log, fit, default, request)
     print_findings(findings)
     following = ""
-    if request.out is None:
+    if request.out is None and not useless:
         more: dict[str, Any] = {"decay": request.decay}
         if fit.rates is None:
             more["decay"] = 50.0
@@ -114,7 +117,7 @@ def _print(log: OcvLog, fit: OcvFit, default: float, request: BatteryRequest) ->
     widest = int(np.argmax(fit.delithiation - fit.lithiation))
     gap = 1e3 * float(fit.delithiation[widest] - fit.lithiation[widest])
     out.print(
-        f"{visible(log.name)}: branches up to {gap:.3g} mV apart, at x = {fit.x[widest]:.2f}",
+        f"{visible(log.name)}: branches up to {gap:.1f} mV apart, at x = {fit.x[widest]:.2f}",
         style="bold",
     )
     if fit.rates is not None:

@@ -11,14 +11,14 @@ in a lithium-ion battery model, J. Energy Storage 48 (2022) 103985.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from dehyst.arrays import Array
-from dehyst.errors import ParameterError
+from dehyst.errors import DehystError, ParameterError
 from dehyst.findings import Finding
-from dehyst_targets.batteries._ocv import OcvLog
+from dehyst_targets.batteries._ocv import OcvLog, ocv_of
 from dehyst_targets.batteries._policy import POLICY
 
 POINTS = 120  # of a branch
@@ -136,6 +136,36 @@ def fit_ocv(log: OcvLog, *, decay: float | None = None) -> OcvFit:
         raise ParameterError(
             f"--decay {decay:g} is no decay rate. Type a number above 0, e.g. --decay 50."
         )
+    fit = _fitted(log, decay)
+    if fit.rates is None or fit.error <= POLICY.gain * fit.middle_error:
+        return fit
+    cause = "Check that both columns are of one electrode, and that its cycles were slow"
+    if decay is not None:
+        cause += ", and the rate that was typed"
+    if _is_exchanged(log):
+        cause = (
+            "With charge and voltage exchanged, the model follows them: the values stand under the wrong headings. "
+            "Correct the headings in the log"
+        )
+    finding = Finding(
+        "ocv-no-gain",
+        f"one-state hysteresis errs by {1e3 * fit.error:.1f} mV, and a curve without hysteresis by "
+        f"{1e3 * fit.middle_error:.1f} mV: the model is no better, so no file is written. {cause}.",
+    )
+    return replace(fit, findings=(finding,))
+
+
+def _is_exchanged(log: OcvLog) -> bool:
+    """Whether the model follows the log with charge and voltage exchanged."""
+    try:
+        other = _fitted(ocv_of(log.voltage, log.x), None)
+    except DehystError:
+        return False
+    return other.error < POLICY.exchanged * other.middle_error
+
+
+def _fitted(log: OcvLog, decay: float | None) -> OcvFit:
+    """Branches, and the rates that were typed or are fitted."""
     x = np.linspace(log.x.min(), log.x.max(), POINTS)
     low, high = (_branch(log, x, lithiation) for lithiation in (True, False))
     # Noise must not let the branches cross.

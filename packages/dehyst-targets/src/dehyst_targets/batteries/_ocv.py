@@ -28,6 +28,7 @@ NAMES = {
     "charge": frozenset(words("charge capacity soc q x sto stoichiometry")),
     "voltage": frozenset(words("voltage ocv ocp v u potential")),
 }
+CURRENT = frozenset(words("current i"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,6 +197,14 @@ def read_ocv(
     """
     typed = {"charge": charge, "voltage": voltage}
     columns, names = columns_of(path, typed, NAMES, reading, UNITS)
+    currents = [name for name in names if CURRENT & set(words(name))]
+    if "charge" not in columns and currents:
+        raise ColumnError(
+            f"{visible(Path(path).name)} has a current, {visible(currents[0])}, and no charge, over which the branches "
+            f"are drawn. The charge in Ah is the running sum of current in A times time step in s, over 3600: write it "
+            f"into the log as a column, charge [Ah].",
+            columns=names,
+        )
     if len(columns) < 2:
         line = command("battery", Path(path), charge="Q", voltage="V")
         raise ColumnError(

@@ -22,6 +22,11 @@ class OcvPolicy:
     fewest_minor: int = 20
     # A cell stands between these voltages, whatever it is made of; others are in another unit. [V]
     most_voltage: float = 6.0
+    # A model that errs by more than this share of what a curve without hysteresis errs by is not worth its state. [-]
+    gain: float = 0.9
+    # Columns are exchanged if the model of them the other way round errs by less than this share of its own curve:
+    # the state of a real electrode does not follow its own inverse so well. [-]
+    exchanged: float = 0.5
 
 
 POLICY = OcvPolicy()

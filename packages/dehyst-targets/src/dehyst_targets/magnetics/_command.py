@@ -58,6 +58,7 @@ def run_magnet(request: MagnetRequest) -> None:
             density=request.density,
             field_unit=request.field_unit,
             density_unit=request.density_unit,
+            symmetric=request.symmetric,
             **reading,
         )
     with ask_progress("fitting cores", request.json):
@@ -83,7 +84,7 @@ def _write(
     if form == "ngspice":
         verified, difference = "ngspice is not installed, so it was not run", None
         try:
-            difference = run_ngspice(text, fits[FORMATS[form].fit], *core.largest.path)
+            difference = run_ngspice(text, fits[FORMATS[form].fit], *core.path)
         except OutputError as fault:
             verified = f"{fault}; the file is not to be trusted"
         if difference is not None:
@@ -124,7 +125,7 @@ def _print(
     out = app_kit.terminal()
     figures = core.as_dict()
     out.print(
-        f"{visible(core.recording.name)}: loss {core.loss:.4g} J/m3 per cycle",
+        f"{visible(core.recording.name)}: loss {core.intervals['loss_J_per_m3']} per cycle",
         style="bold",
         soft_wrap=True,
     )
@@ -137,15 +138,18 @@ def _print(
     for fit in fits.values():
         smaller = "-"
         if math.isfinite(fit.smaller_error):
-            smaller = f"{100.0 * fit.smaller_error:.2g}"
-        lines.append(
-            (fit.name, f"{100.0 * fit.error:.2g}", f"{100.0 * fit.loss_error:+.2g}", smaller)
-        )
+            smaller = _plain_number(100.0 * fit.smaller_error, 2)
+        loss = _plain_number(100.0 * fit.loss_error, 2, sign=True)
+        lines.append((fit.name, _plain_number(100.0 * fit.error, 2), loss, smaller))
     out.print(table(("rms, % of range of B", ">largest loop", ">loss, %", ">smaller loops"), lines))
     out.print(
         "None of these closes a small loop where it began: of smaller loops trust the column above, not the shape.",
         soft_wrap=True,
     )
+    if core.largest.completed:
+        out.print(
+            "half of the loop was measured; the other half is the same, turned about the centre"
+        )
     if written:
         out.print(
             f"{written['model']} for {FORMATS[written['format']].title}: {written['verified']}",
@@ -156,22 +160,33 @@ def _print(
     if request.out is None:
         following = command(
             "magnet", request.log, field=request.field, density=request.density, field_unit=request.field_unit,
-            density_unit=request.density_unit, out="core.cir", format="ngspice",
+            density_unit=request.density_unit, symmetric=request.symmetric, out="core.cir", format="ngspice",
         )  # fmt: skip
     print_end(following, picture=request.figure, core=request.out)
+
+
+def _plain_number(value: float, digits: int, sign: bool = False) -> str:
+    """Return a number of so many digits without an exponent."""
+    return np.format_float_positional(
+        value, digits, unique=False, fractional=False, trim="-", sign=sign
+    )
 
 
 def _rows(core: Core, figures: dict[str, Any]) -> list[tuple[str, str, str]]:
     """Label, number, and how it is defined."""
     power = "unknown"
     if figures["loss_W_per_m3"] is not None:
-        power = f"{figures['loss_W_per_m3']:.4g} W/m3"
+        power = f"{_plain_number(figures['loss_W_per_m3'], 4)} W/m3"
     at_frequency = "the log has no time; --dt SECONDS gives it one"
     if figures["frequency_Hz"] is not None:
         at_frequency = f"at {figures['frequency_Hz']:.4g} Hz"
-    about, remains = "half the way between both H at B = 0", "half the way between both B at H = 0"
+    about, remains = "half between both H at B = 0", "half between both B at H = 0"
+    if core.loops.output_reference != "zero":
+        about = "half the width along H"
+    if core.loops.input_reference != "zero":
+        remains = "half the width along B"
     if not core.centred:
-        about, remains = "half the width of the loop along H", "half the width along B"
+        about, remains = f"{about}, biased", f"{remains}, biased"
     bs, largest = f"{core.bs:.4g} T", core.largest
     if not core.saturated:
         bs = f"above {bs}"
@@ -181,17 +196,20 @@ def _rows(core: Core, figures: dict[str, Any]) -> list[tuple[str, str, str]]:
         rows.append(
             ("of it in smaller loops", f"{core.inner_loss:.3g} J/m3", "that lie in the cycle")
         )
-    return [
-        *rows,
-        ("Hc", f"{core.hc:.4g} A/m", about),
-        ("Br", f"{core.br:.4g} T", remains),
-        ("Bs", bs, "largest B less mu0 H"),
+    rows += [
+        ("Hc", str(core.intervals["Hc_A_per_m"]), about),
+        ("Br", str(core.intervals["Br_T"]), remains),
+        ("Bs", bs, "B at the tips less mu0 H"),
         ("amplitude permeability", f"{figures['amplitude_permeability']:.0f}",
-         f"swing of B over mu0 swing of H, {swing:.3g} T"),
-        ("of the smallest loop", f"{figures['smallest_loop_permeability']:.0f}",
-         f"{figures['smallest_loop_T']:.2g} T; the initial one is that at 0 T"),
-        ("maximum permeability", f"{figures['maximum_permeability']:.0f}", "the largest of all loops"),
+         f"swing of B over mu0 H, {swing:.3g} T"),
     ]  # fmt: skip
+    if core.smaller:
+        rows += [
+            ("of the smallest loop", f"{figures['smallest_loop_permeability']:.0f}",
+             f"{figures['smallest_loop_T']:.2g} T; the initial one is that at 0 T"),
+            ("maximum permeability", f"{figures['maximum_permeability']:.0f}", "the largest of all loops"),
+        ]  # fmt: skip
+    return rows
 
 
 def write_core_figure(path: Path, core: Core, fits: dict[str, CoreFit]) -> Path:
@@ -202,7 +220,7 @@ def write_core_figure(path: Path, core: Core, fits: dict[str, CoreFit]) -> Path:
     OutputError
         If the ending is another one, or the file cannot be written.
     """
-    h, b = core.largest.path
+    h, b = core.path
     panels = []
     for title, keys in (
         ("Fitted", ("jiles-atherton", "tellinen")),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.data import Loops, MeasuredLoop, Recording, measure_loops
+from dehyst.data.kit import LoopEstimate
 from dehyst.errors import ColumnError, RecordingError
 from dehyst.findings import Finding
 from dehyst.io import read_log
@@ -37,9 +39,9 @@ class Core:
     loops
         Of `dehyst.data.measure_loops`.
     bs
-        Largest polarisation at the tips of the largest loop, B - mu_0 H; a lower bound of Bs unless `saturated`. [T]
+        Larger polarisation at the tips of the largest loops, B - mu_0 H; a lower bound of Bs unless `saturated`. [T]
     saturated
-        Whether the loop is nearly as flat as vacuum at its tips.
+        Whether the loop is nearly as flat as vacuum at its tips, as far as its noise can tell.
     frequency
         Of the largest loops, NaN without time. [Hz]
     findings
@@ -58,6 +60,11 @@ class Core:
         """The loop that models are fitted to."""
         return self.loops.largest[0]
 
+    @cached_property
+    def path(self) -> tuple[Array, Array]:
+        """H and B of the largest loop as models are driven along it: of `monotone_path`."""
+        return monotone_path(*self.largest.path)
+
     @property
     def smaller(self) -> list[MeasuredLoop]:
         """Loops that go less far than the largest one."""
@@ -68,12 +75,26 @@ class Core:
     @property
     def centred(self) -> bool:
         """Whether both signals swing about zero, as Hc, Br and Bs ask for."""
-        return self.loops.input_reference == self.loops.output_reference == "zero"
+        middle, half = _middle(self.path[0])
+        about_zero = self.loops.input_reference == self.loops.output_reference == "zero"
+        return about_zero and abs(middle) <= POLICY.even * half
 
     @property
     def loss(self) -> float:
         """Loss of one cycle, the integral of H dB: the largest loops and all smaller ones within their time. [J/m3]"""
         return float(np.mean([self._within(loop) for loop in self.loops.largest]))
+
+    @property
+    def intervals(self) -> dict[str, LoopEstimate]:
+        """Loss, Hc and Br with their intervals of 95 %; that of the loss is that of the largest loops."""
+        area = self.loops.estimates["area"]
+        inner = self.loss - area.value
+        loss = LoopEstimate(self.loss, area.low + inner, area.high + inner, "J/m3")
+        return {
+            "loss_J_per_m3": loss,
+            "Hc_A_per_m": self.loops.estimates["coercivity"],
+            "Br_T": self.loops.estimates["remanence"],
+        }
 
     @property
     def inner_loss(self) -> float:
@@ -91,7 +112,8 @@ class Core:
                 and starts_in
                 and loop.end <= largest.end + slack
             ):
-                total += loop.area
+                # Loops of noise run either way, those of a core one way.
+                total += math.copysign(loop.area, enclosed(*loop.path))
         return total
 
     @property
@@ -122,6 +144,7 @@ class Core:
             "centred": self.centred,
             "Hc_A_per_m": self.hc,
             "Br_T": self.br,
+            "intervals_95": {key: [x.low, x.high] for key, x in self.intervals.items()},
             "Bs_T": self.bs,
             "saturated": self.saturated,
             "amplitude_permeability": self.permeability(self.largest),
@@ -138,20 +161,67 @@ def _known(value: float) -> float | None:
     return None
 
 
-def core_of(recording: Recording) -> Core:
+def monotone_path(h: Array, b: Array) -> tuple[Array, Array]:
+    """Return a closed loop (T,) with its field made monotone between its two turns; one that is stays as it is.
+
+    Both signals are smoothed alike, by parabolas over so few samples that the field hardly goes back any more.
+    """
+    width = 0
+    smooth_h, smooth_b = h, b
+    while _backward(smooth_h) > POLICY.backward and 2 * (2 * width + 1) < POLICY.widest * h.size:
+        width = 2 * width + 1
+        smooth_h, smooth_b = _smoothed(h, width), _smoothed(b, width)
+    low, high = int(np.argmin(smooth_h)), int(np.argmax(smooth_h))
+    path = np.roll(smooth_h, -low)
+    top = (high - low) % h.size + 1
+    path[:top] = never_falling(path[:top])
+    path[top:] = -never_falling(-path[top:])
+    return np.roll(path, low), smooth_b
+
+
+def enclosed(h: Array, b: Array) -> float:
+    """Area of a closed path, the integral of H dB: positive where it runs counter-clockwise. [J/m3]"""
+    return float(0.5 * (h + np.roll(h, -1)) @ (np.roll(b, -1) - b))
+
+
+def _backward(h: Array) -> float:
+    """How far a closed field goes back between its two turns, share of both ways."""
+    way = float(np.abs(np.diff(h, append=h[0])).sum())
+    return 0.5 * way / max(float(np.ptp(h)), 1e-300) - 1.0
+
+
+def _smoothed(values: Array, width: int) -> Array:
+    """Middles of parabolas by least squares through 2 width + 1 samples of a closed path."""
+    place = np.arange(-width, width + 1)
+    weights = 3.0 * width * (width + 1) - 1.0 - 5.0 * place**2
+    closed = np.pad(values, width, mode="wrap")
+    return np.convolve(closed, weights / weights.sum(), mode="valid")
+
+
+def never_falling(values: Array) -> Array:
+    """The middle of the two bounds that never fall; values that never fall stay as they are."""
+    if values.size == 0:
+        return values
+    upward = np.minimum.accumulate(values[::-1])[::-1]
+    return np.asarray(0.5 * (np.maximum.accumulate(values) + upward))
+
+
+def core_of(recording: Recording, *, symmetric: bool = False) -> Core:
     """Return the figures of a core.
 
     Parameters
     ----------
     recording
         Input H in `input_unit` (A/m, kA/m, A/cm, Oe), output B in `output_unit` (T, mT, G, kG), at least one cycle.
+    symmetric
+        As for `dehyst.data.measure_loops`.
 
     Raises
     ------
     ColumnError
         If the units are those of B and H exchanged, or none.
     RecordingError
-        If B is larger than any core's.
+        If a signal stands still, B is larger than any core's, or the loop would give energy.
     ExcitationError
         If there is no closed loop.
 
@@ -166,18 +236,43 @@ def core_of(recording: Recording) -> Core:
     >>> round(core.loss / (4.0 / 3.0 * 1e-5 * 1000.0), 3), core.saturated
     (1.0, False)
     """
-    record, findings = _in_si(recording), list(recording.findings)
-    if float(np.abs(record.output).max()) > POLICY.most_density:
+    record = _in_si(recording)
+    # That a fit and a test need more loops is no news of one that was measured.
+    findings = [finding for finding in recording.findings if finding.code != "few-loops"]
+    for role, values in (("field", record.input), ("density", record.output)):
+        if not float(np.ptp(values)) > 0.0:
+            raise RecordingError(
+                f"the {DIMENSIONS[role]} stands still, so there is no loop. Check the sensor, or name another column: "
+                f"--{role} COLUMN."
+            )
+    most = float(np.abs(record.output).max())
+    if most > POLICY.most_density:
         raise RecordingError(
-            f"B reaches {float(np.abs(record.output).max()):.3g} T, and no core carries more than 2.4 T: the unit is "
-            f"another one. Type it: --density-unit mT, or G.",
-            largest=float(np.abs(record.output).max()),
+            f"B reaches {most:.3g} T, and no core carries more than 2.4 T: the unit is another one, or H and B are "
+            f"exchanged. Type the unit, --density-unit mT or G, or exchange --field and --density.",
+            largest=most,
         )
-    loops = measure_loops(record)
-    h, b = loops.largest[0].path
+    loops = measure_loops(record, symmetric=symmetric)
+    if _falls(loops):
+        findings.append(
+            Finding(
+                "core-reversed",
+                "B falls while H rises, which no core does: H or B has the wrong sign, as behind a coil or a probe "
+                "that is connected the other way round. B was taken with the other sign.",
+            )
+        )
+        record = replace(record, output=-record.output)
+        loops = measure_loops(record, symmetric=symmetric)
+    if loops.largest[0].orientation == "clockwise" or _falls(loops):
+        raise RecordingError(
+            "H and B are not in phase as those of a core: its loop runs counter-clockwise, B behind H, for a core "
+            "takes energy and gives none. This one does not, so its loss would mean nothing. Correct the delay "
+            "between both channels, or the sign of one, in the log."
+        )
+    h, b = monotone_path(*loops.largest[0].path)
     middle_h, half_h = _middle(h)
     middle_b, half_b = _middle(b)
-    if abs(middle_h) < POLICY.even * half_h and abs(middle_b) > POLICY.offset * half_b:
+    if abs(middle_h) <= POLICY.even * half_h and abs(middle_b) > POLICY.offset * half_b:
         findings.append(
             Finding(
                 "core-offset",
@@ -186,29 +281,29 @@ def core_of(recording: Recording) -> Core:
             )
         )
         record = replace(record, output=record.output - middle_b)
-        loops = measure_loops(record)
-        h, b = loops.largest[0].path
+        loops = measure_loops(record, symmetric=symmetric)
     # Once all domains have turned, B rises no faster than in vacuum.
-    slope = _tip_slope(h, b) / MU_0
-    saturated = slope < POLICY.saturated
-    # What vacuum would carry is no part of the material's own flux.
-    bs = float(np.abs(b - MU_0 * h).max())
+    slope, least = _tip_slope(loops)
+    # What noise may make of a flat tip is small against the whole loop.
+    large = slope > POLICY.rising * float(np.ptp(b)) / float(np.ptp(h))
+    saturated = not large and least < POLICY.saturated * MU_0
+    bs = _polarisation(loops, h, b)
     core = Core(record, loops, bs, saturated, _frequency(loops, record), ())
     if not core.centred:
         findings.append(
             Finding(
                 "core-biased",
-                f"H swings about {middle_h:.3g} A/m and B about {middle_b:.3g} T, not about zero: Hc and Br are half "
-                f"the widths of this loop, and none of the material. For a core model log a loop about zero.",
+                f"H swings about {middle_h:.3g} A/m and B about {middle_b:.3g} T, not about zero: Hc and Br are those "
+                f"of this loop, and none of the material. For a core model log a loop about zero.",
             )
         )
     if not saturated:
         findings.append(
             Finding(
                 "core-unsaturated",
-                f"at its tips the loop rises {slope:.0f} times as steeply as vacuum, so it is not saturated: Bs is at "
-                f"least {bs:.3g} T, and Hc and Br grow with the amplitude. Log a larger field, or use the model within "
-                f"this one.",
+                f"at its tips the loop rises {slope / MU_0:.0f} times as steeply as vacuum, so it is not saturated: Bs "
+                f"is at least {bs:.3g} T, and Hc and Br grow with the amplitude. Log a larger field, or use the model "
+                f"within this one.",
             )
         )
     return replace(core, findings=tuple(findings))
@@ -219,19 +314,59 @@ def _middle(values: Array) -> tuple[float, float]:
     return 0.5 * (low + high), 0.5 * (high - low)
 
 
-def _tip_slope(h: Array, b: Array) -> float:
-    """Rise of B over the last tenth of the field at both tips, the steeper of both. [H/m]"""
-    width = 0.1 * float(np.ptp(h))
+def _falls(loops: Loops) -> bool:
+    """Whether B falls while H rises."""
+    h, b = loops.largest[0].path
+    h, b = h - h.mean(), b - b.mean()
+    return float(h @ b) < POLICY.falling * float(np.linalg.norm(h) * np.linalg.norm(b))
+
+
+def _tip_slope(loops: Loops) -> tuple[float, float]:
+    """Rise of B over the last tenth of the field, at the steeper tip, and the low end of its interval. [H/m]"""
     slopes = []
-    for part in (h > h.max() - width, h < h.min() + width):
-        slopes.append(float(np.ptp(b[part])) / width)
-    return max(slopes)
+    for end in ("high", "low"):
+        # Where B lags, both branches bend upright at the tip; in their mean that cancels.
+        to, back = loops.estimates[f"slope_to_{end}"], loops.estimates[f"slope_from_{end}"]
+        mean = 0.5 * (to.value + back.value)
+        reach = 0.25 * math.hypot(to.high - to.low, back.high - back.low)
+        if math.isfinite(mean):
+            slopes.append((mean, mean - reach))
+    # A loop of a few samples has none near its tips.
+    return max(slopes, default=(0.0, 0.0))
+
+
+def _polarisation(loops: Loops, h: Array, b: Array) -> float:
+    """B - mu_0 H at the tip where it is larger: what vacuum would carry is no part of the material's own flux. [T]"""
+    sizes = []
+    for end, field in (("high", float(h.max())), ("low", float(h.min()))):
+        size = abs(loops.estimates[f"saturation_{end}"].value - MU_0 * field)
+        if math.isfinite(size):
+            sizes.append(size)
+    return max(sizes, default=float(np.abs(b - MU_0 * h).max()))
 
 
 def _frequency(loops: Loops, record: Recording) -> float:
+    """Of the cycles that go as far as the largest one: from the middle of one to that of the next. [Hz]"""
     if record.time is None:
         return math.nan
-    return 1.0 / float(np.mean([loop.end - loop.start for loop in loops.largest]))
+    largest = loops.largest[0]
+    length = largest.end - largest.start
+    if largest.completed:
+        return 0.5 / length
+    middle, half = _middle(record.input)
+    # Noise moves the turns, where a cycle begins; its steep parts, which weigh here, stay.
+    weight = np.maximum(0.0, 1.0 - ((record.input - middle) / (0.5 * half)) ** 2)
+    places = []
+    for loop in loops.loops:
+        inside = weight * ((record.time >= loop.start) & (record.time <= loop.end))
+        if loop.depth > POLICY.smaller * largest.depth and inside.any():
+            places.append(float(np.average(record.time, weights=inside)))
+    periods = np.diff(np.sort(places))
+    # Between some of them lie cycles of another size.
+    periods = periods[np.abs(periods - length) < 0.2 * length]
+    if periods.size:
+        length = float(np.mean(periods))
+    return 1.0 / length
 
 
 def _in_si(recording: Recording) -> Recording:
@@ -271,6 +406,7 @@ def read_core(
     density: str | None = None,
     field_unit: str | None = None,
     density_unit: str | None = None,
+    symmetric: bool = False,
     **reading: Any,
 ) -> Core:
     """Read a B-H log and return the figures of its core.
@@ -283,6 +419,8 @@ def read_core(
         Columns of H and B; by default those with a unit of field and of flux density, or called H and B.
     field_unit, density_unit
         Where the log does not say them.
+    symmetric
+        As for `dehyst.data.measure_loops`.
     **reading
         `time`, `time_unit`, `run`, `start`, `stop`, `dt` and `sheet`, as for `dehyst.read_log`.
 
@@ -307,4 +445,4 @@ def read_core(
         record = replace(record, input_unit=field_unit)
     if density_unit is not None:
         record = replace(record, output_unit=density_unit)
-    return core_of(record)
+    return core_of(record, symmetric=symmetric)

@@ -27,7 +27,7 @@ import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.errors import IdentificationError
-from dehyst_targets.magnetics._loop import MU_0, Core
+from dehyst_targets.magnetics._loop import MU_0, Core, enclosed, monotone_path, never_falling
 
 STEPS = 100  # of an integration over the range of the field, at least
 SAMPLES = 250  # of a loop for the search
@@ -192,7 +192,7 @@ class Tellinen:
 def _envelope(h: Array, j: Array) -> tuple[Array, Array]:
     """Return the samples of a rising branch that go farther than all before, their polarisation never falling."""
     farther = np.concatenate(([True], h[1:] > np.maximum.accumulate(h)[:-1]))
-    return h[farther], np.maximum.accumulate(j[farther])
+    return h[farther], never_falling(j[farther])
 
 
 @dataclass(frozen=True)
@@ -214,7 +214,10 @@ class Chan:
     def simulate(self, field: Array, first: float) -> Array:
         """Return B on the branch that each sample is on; how LTspice leaves the limiting loop is not modelled."""
         rising, falling = self.branches(field)
-        return np.where(np.gradient(field) >= 0.0, rising, falling)
+        way = np.gradient(field)
+        # A field that rests stays on its branch.
+        moved = np.maximum.accumulate(np.where(way != 0.0, np.arange(way.size), 0))
+        return np.where(way[moved] >= 0.0, rising, falling)
 
 
 @dataclass(frozen=True)
@@ -228,7 +231,7 @@ class CoreFit:
     model
         `JilesAtherton`, `Tellinen` or `Chan`.
     error
-        Rms over the largest loop, share of the range of B.
+        Rms over the largest loop less its noise (`Core.path`), share of the range of B.
     loss_error
         Its loss per cycle against that of the largest loop, a share.
     smaller_error
@@ -272,7 +275,7 @@ def fit_core(core: Core, *, seed: int = 0) -> dict[str, CoreFit]:
     >>> fits["jiles-atherton"].error < 0.005, fits["tellinen"].error < 0.01
     (True, True)
     """
-    h, b = core.largest.path
+    h, b = core.path
     if not core.loss > 0.0:
         raise IdentificationError(
             "the loop encloses no area, so there is no hysteresis to fit. Use the curve of B over H as it is."
@@ -292,7 +295,7 @@ def fit_core(core: Core, *, seed: int = 0) -> dict[str, CoreFit]:
 
 
 def _judged(name: str, model: JilesAtherton | Tellinen | Chan, core: Core) -> CoreFit:
-    h, b = core.largest.path
+    h, b = core.path
     modelled = model.simulate(h, float(b[0]))
     # Driven on, it comes to its own closed loop, which is that of the loss.
     again = model.simulate(np.tile(h, 4), float(b[0]))[-h.size :]
@@ -300,17 +303,12 @@ def _judged(name: str, model: JilesAtherton | Tellinen | Chan, core: Core) -> Co
     smaller = []
     if not isinstance(model, Chan):
         for loop in core.smaller:
-            path = loop.path
+            path = monotone_path(*loop.path)
             left = model.simulate(path[0], float(path[1][0])) - path[1]
             smaller.append(float(np.mean(left**2)) / float(np.ptp(path[1])) ** 2)
     size = float(np.sqrt(np.mean(smaller))) if smaller else float("nan")
     error = float(np.sqrt(np.mean((modelled - b) ** 2))) / float(np.ptp(b))
     return CoreFit(name, model, error, loss / abs(enclosed(h, b)) - 1.0, size)
-
-
-def enclosed(h: Array, b: Array) -> float:
-    """Area of a closed path, the integral of H dB. [J/m3]"""
-    return float(_areas(h, b[:, None])[0])
 
 
 def _areas(h: Array, b: Array) -> Array:

@@ -17,6 +17,10 @@ class MagnetRequest:
     density: str | None = option("Column of the flux density B; by default by its unit or name.")
     field_unit: str | None = option("Unit of H where the log does not say: A/m, kA/m, A/cm, Oe.")
     density_unit: str | None = option("Unit of B where the log does not say: T, mT, G, kG.")
+    symmetric: bool = option(
+        "Complete half a loop, where there is no whole one, by odd symmetry about its centre.",
+        False,
+    )
     time: str | None = option()
     time_unit: str | None = option()
     dt: float | None = option()

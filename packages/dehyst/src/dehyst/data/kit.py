@@ -4,6 +4,7 @@ from dehyst.lazy import lazy_names
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from dehyst.data._loop_numbers import LoopEstimate as LoopEstimate
     from dehyst.data._loops import taken_back as taken_back
     from dehyst.data._sensor_sheet import LINES as LINES
     from dehyst.data._sensor_sheet import DataSheet as DataSheet
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 __getattr__, __dir__, __all__ = lazy_names(
     "dehyst.data.kit",
     {
+        "_loop_numbers": "LoopEstimate",
         "_loops": "taken_back",
         "_sensor_sheet": "DataSheet LINES SheetFigure label_of",
         "_spread": "FOLDS SpreadRows folds_of score_of shares_of spread_rows",
