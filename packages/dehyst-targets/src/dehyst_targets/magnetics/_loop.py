@@ -13,7 +13,7 @@ import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.data import Loops, MeasuredLoop, Recording, measure_loops
-from dehyst.data.kit import LoopEstimate
+from dehyst.data import kit as data_kit
 from dehyst.errors import ColumnError, RecordingError
 from dehyst.findings import Finding
 from dehyst.io import read_log
@@ -85,11 +85,11 @@ class Core:
         return float(np.mean([self._within(loop) for loop in self.loops.largest]))
 
     @property
-    def intervals(self) -> dict[str, LoopEstimate]:
+    def intervals(self) -> dict[str, data_kit.LoopEstimate]:
         """Loss, Hc and Br with their intervals of 95 %; that of the loss is that of the largest loops."""
         area = self.loops.estimates["area"]
         inner = self.loss - area.value
-        loss = LoopEstimate(self.loss, area.low + inner, area.high + inner, "J/m3")
+        loss = data_kit.LoopEstimate(self.loss, area.low + inner, area.high + inner, "J/m3")
         return {
             "loss_J_per_m3": loss,
             "Hc_A_per_m": self.loops.estimates["coercivity"],
