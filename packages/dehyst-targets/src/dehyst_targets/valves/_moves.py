@@ -30,8 +30,8 @@ def read_off_valves(signal: Array, position: Array) -> list[tuple[float, float]]
     --------
     >>> from dehyst_targets.valves._positions import valve_positions
     >>> signal = 50.0 + 8.0 * np.sin(0.01 * np.arange(6000))
-    >>> position = valve_positions(signal, np.array([5.0]), np.array([2.0]))[:, 0]
-    >>> for dead_band, jump in read_off_valves(signal, 0.16 * position + 4.0):
+    >>> position = valve_positions(signal, np.array([5.0]), np.array([2.0]), moves_on=False)
+    >>> for dead_band, jump in read_off_valves(signal, 0.16 * position[:, 0] + 4.0):
     ...     print(round(dead_band, 1), round(jump, 1))
     5.0 2.0
     5.0 2.0
