@@ -930,7 +930,8 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "Take the play or the friction out of the mechanics; no table knows the way after a turn.",
         ),
         "backlash-scale": (
-            "The axis goes further or less far than commanded by more than {SCALE:%} of the way.",
+            "The axis goes further or less far than commanded by more than {SCALE:%} of the way, or on a straight line "
+            "that misses by more over the axis than the lost motion.",
             "Correct its steps per unit by the factor that the message names, and measure again.",
         ),
         "backlash-steep": (

@@ -241,6 +241,21 @@ def test_a_wrong_scale_is_told_with_the_factor_that_cures_it():
     assert factor == pytest.approx(1.0 / 1.004, abs=2e-5)
 
 
+def test_a_small_scale_error_that_is_larger_over_the_axis_than_the_play_is_told_with_its_factor():
+    """0.06 mm over 300 mm, of a play of 0.04 mm."""
+    lost = lost_motion(readings(pitch=lambda x: 0.0002 * x))
+    (finding,) = [entry for entry in lost.findings if entry.code == "backlash-scale"]
+    factor = float(finding.message.split(" by ")[1].split()[0])
+    assert factor == pytest.approx(1.0 / 1.0002, abs=1.1e-5)
+
+
+@pytest.mark.parametrize(
+    "pitch", [lambda x: 0.0001 * x, lambda x: 0.1 * np.sin(x / 48.0), lambda x: 0.0 * x]
+)
+def test_a_wave_of_the_screw_and_a_line_below_the_play_are_no_wrong_scale(pitch):
+    assert "backlash-scale" not in codes(lost_motion(readings(pitch=pitch)))
+
+
 def test_one_repeat_is_said_and_its_spread_is_not_too_small():
     lost = lost_motion(readings(repeats=1, play=lambda x: 0.03 + 1e-4 * x))
     assert "backlash-one-repeat" in codes(lost)

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from dehyst_targets.valves import valve_positions
+from dehyst_targets.valves._moves import read_off_valves
 from simulated_loops import simulator
 
 
@@ -63,3 +64,23 @@ def test_a_ramp_that_turns_goes_the_dead_band_before_the_valve_jumps():
     first = int(np.flatnonzero(np.diff(moved))[0]) + 1
     assert 20.0 - down[first] == pytest.approx(4.0, abs=0.02)
     assert moved[first - 1] - moved[first] == pytest.approx(1.5, abs=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("moves_on", [True, False])
+@pytest.mark.parametrize("gain", [1.0, -0.16])
+@given(seed=st.integers(0, 200), share=st.floats(0.2, 1.0))
+def test_moves_tell_dead_band_and_jump_whatever_the_unit_of_the_position(
+    moves_on, gain, seed, share
+):
+    signal = 50.0 + 8.0 * np.sin(0.05 * np.arange(2500)) + 0.1 * (wander(seed, 2500) - 50.0)
+    position = gain * path(signal, 5.0, 5.0 * share, moves_on=moves_on) + 4.0
+    valves = read_off_valves(signal, position)
+    assert len(valves) == 2
+    # A single sample is right even where the valve goes on after its jump.
+    assert valves[1] == pytest.approx((5.0, 5.0 * share), abs=0.25)
+
+
+def test_a_valve_that_seldom_moves_tells_nothing():
+    signal = np.linspace(40.0, 60.0, 500)
+    assert read_off_valves(signal, path(signal, 15.0, 10.0)) == []

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from dehyst.errors import ColumnError, ParameterError, RecordingError
+from dehyst.findings import Grade
 from dehyst.io import write_csv
 from dehyst_targets.valves import (
     ControlLoop,
@@ -41,6 +42,59 @@ def test_with_the_position_dead_band_and_jump_are_told_within_a_twentieth():
     assert verdict.dead_band.value == pytest.approx(4.0, rel=0.05)
     assert verdict.jump.value == pytest.approx(2.0, rel=0.05)
     assert verdict.dead_band.low < 4.0 < verdict.dead_band.high
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("share", [0.0, 1 / 6, 0.4, 0.5, 0.67])
+def test_a_jump_of_any_share_of_the_dead_band_is_in_its_interval_where_the_position_is_logged(
+    share,
+):
+    """The log of the position has no noise: the true valve reproduces it, and lies on no grid."""
+    dead_band = 5.0
+    output, position = loop_of_he(dead_band, share * dead_band)
+    verdict = judge_valve(ControlLoop.of(output, position=position))
+    assert verdict.dead_band.value == pytest.approx(dead_band, abs=0.05)
+    assert verdict.dead_band.low <= dead_band <= verdict.dead_band.high
+    assert verdict.jump.low <= share * dead_band <= verdict.jump.high
+    assert verdict.dead_band.high - verdict.dead_band.low < 0.5
+    assert verdict.grade == Grade.GOOD
+
+
+@pytest.mark.slow
+def test_a_position_whose_noise_hides_the_jumps_is_graded_with_care():
+    output, position = loop_of_he(5.0, 0.85)
+    noisy = position + 0.3 * np.random.default_rng(1).normal(size=position.size)
+    verdict = judge_valve(ControlLoop.of(output, position=noisy))
+    assert verdict.kind == "sticks" and verdict.grade == Grade.CARE
+    assert "does not show the moves" in verdict.reason
+
+
+@pytest.mark.slow
+def test_a_jump_whose_interval_leaves_out_none_is_called_stiction():
+    """Of S = 6 % a jump of 1 % is small, and none is excluded."""
+    output, position = loop_of_he(6.0, 1.0)
+    words = judge_valve(ControlLoop.of(output, position=position)).words
+    assert words.startswith("stiction: S = ")
+
+
+def loop_of_he(dead_band, jump, samples=2400):
+    """A PI loop of a lag of 8 s and a valve by He's rule, with noise and random load: (output, position)."""
+    rng = np.random.default_rng(1)
+    static, kinetic = 0.5 * (dead_band + jump), 0.5 * (dead_band - jump)
+    output, position = np.empty(samples), np.empty(samples)
+    valve = process = integral = 50.0
+    delayed, load = [50.0] * 3, 0.0
+    for k in range(samples):
+        load = 0.98 * load + 0.05 * rng.normal()
+        error = 50.0 - process - 0.05 * rng.normal()
+        integral += 0.2 * error
+        output[k] = integral + 0.8 * error
+        if abs(output[k] - valve) > static:
+            valve = output[k] - np.sign(output[k] - valve) * kinetic
+        position[k] = valve
+        delayed.append(valve)
+        process += 0.125 * (delayed.pop(0) + load - process)
+    return output, position
 
 
 @pytest.mark.slow

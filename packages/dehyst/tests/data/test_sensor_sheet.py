@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
+from scipy.signal import lfilter
 
 import dehyst
 from dehyst.data import sensor_data_sheet
@@ -145,10 +146,29 @@ def test_exponential_creep_is_read_over_its_hold():
     upper = sheet.figures["creep_upper"]
     assert upper.count == 3 and upper.seconds == pytest.approx(60.0, abs=0.5)
     begin = int(np.flatnonzero(x == 1.0)[0])
-    size = 12  # 2 % of the samples of the hold
-    true = np.mean(late[begin + 600 - size : begin + 600]) - np.mean(late[begin : begin + size])
+    true = late[begin + 599] - late[begin]
     assert upper.value.value == pytest.approx(100.0 * amplitude * true / sheet.full_scale, rel=3e-2)
     assert value(sheet, "creep_lower") < 0.0 < value(sheet, "creep_upper")
+
+
+@pytest.mark.parametrize("lag", [1.0, 3.0, 10.0, 30.0])
+@pytest.mark.parametrize("noise", [0.0, 1e-6, 1e-5, 1e-4, 1e-3])
+def test_fast_creep_is_that_from_the_first_sample_at_rest_and_in_its_interval(lag, noise):
+    """An exact first-order lag, whose hold begins with its steepest creep."""
+    x = cycles(4, seconds=20.0, hold=60.0)
+    amplitude = 8e-4
+    forget = np.exp(-STEP / lag)
+    late = lfilter([1.0 - forget], [1.0, -forget], x)
+    scatter = noise * np.random.default_rng(3).normal(size=x.size)
+    sheet = sheet_of(x + amplitude * late + scatter, x)
+    begin = int(np.flatnonzero(x == 1.0)[0])
+    after = begin + 800 * 2  # the second hold: the first one begins from a sensor that has rested
+    true = 100.0 * amplitude * (late[after + 599] - late[after]) / sheet.full_scale
+    creep = sheet.figures["creep_upper"].value
+    assert creep.low <= true <= creep.high
+    if noise <= 1e-6:
+        assert creep.value == pytest.approx(true, rel=0.03, abs=1e-4)
+        assert creep.high - creep.low < 0.2 * true + 1e-3
 
 
 def test_a_quantity_that_sinks_in_its_hold_is_no_creep():

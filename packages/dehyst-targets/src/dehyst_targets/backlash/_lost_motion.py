@@ -384,7 +384,9 @@ def _shape(lost: LostMotion) -> list[Finding]:
     findings = []
     # A wrong number of steps per unit is a straight line over the whole axis.
     slope, level = np.polyfit(lost.nominal, lost.middle, 1)
-    if lost.is_pitch_significant and abs(slope) > POLICY.scale:
+    if lost.is_pitch_significant and (
+        abs(slope) > POLICY.scale or _line_matters(lost, slope, level)
+    ):
         message = (
             f"the axis goes {1.0 + slope:.5f} times the commanded way. Multiply its steps per {lost.unit or 'unit'} by "
             f"{1.0 / (1.0 + slope):.5f} and measure again: then it is right beyond the measured points too."
@@ -407,6 +409,17 @@ def _shape(lost: LostMotion) -> list[Finding]:
             )
             findings.append(Finding("backlash-steep", message))
     return findings
+
+
+def _line_matters(lost: LostMotion, slope: float, level: float) -> bool:
+    """Whether the mean errors lie on a line that misses by more than lost motion and readings do over the axis."""
+    bent = lost.middle - slope * lost.nominal - level
+    freedom = lost.nominal.size - 2
+    away = lost.nominal - lost.nominal.mean()
+    # What a screw adds to the line, as a wave, leaves its slope uncertain.
+    deviation = math.sqrt(float(bent @ bent) / freedom / float(away @ away))
+    is_line = abs(slope) > place_of_tail(0.5 * POLICY.chance, freedom) * deviation
+    return is_line and abs(slope) * float(np.ptp(lost.nominal)) > max(abs(lost.mean), lost.expected)
 
 
 def _amplitude(readings: AxisReadings, shorter: float, lost: LostMotion) -> list[Finding]:

@@ -23,7 +23,8 @@ class BacklashPolicy:
     same_point: float = 1e-4
     # A measured way that differs from the commanded one by more than this share is another unit or a wrong column.
     largest_scale: float = 0.2
-    # A scale error above this share is one of steps per unit: corrected there, it is right beyond the table as well.
+    # A scale error above this share is one of steps per unit: corrected there, it is right beyond the table as well. A
+    # smaller one is called so too if it is a straight line, and larger over the axis than the lost motion.
     scale: float = 0.001
     # No screw or belt changes its error by more than this share of the way, a straight line apart.
     steepest: float = 0.01

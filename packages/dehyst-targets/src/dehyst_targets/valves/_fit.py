@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dehyst.arrays import Array, Mask
+from dehyst_targets.valves._moves import read_off_valves
 from dehyst_targets.valves._policy import POLICY
 from dehyst_targets.valves._positions import valve_positions
 from dehyst_targets.valves._regression import BlockSums, regression_sums
@@ -23,6 +24,9 @@ from dehyst_targets.valves._regression import BlockSums, regression_sums
 STARTS = np.array([-0.98, -0.5, 0.0, 0.5, 0.98])
 SAME = 0.02  # paths that differ by less than this share of the dead band are one
 RATIOS = np.linspace(0.0, 1.0, 3)  # J/S of the first grid
+POSITION_RATIOS = np.linspace(
+    0.0, 1.0, 5
+)  # the same where the position was logged, which shows the jump
 FINE_RATIOS = 7  # of each finer one
 FIRST, FINE = 45, 13  # dead bands of the first grid, and of each finer one
 FINER, PITS = 7, 4  # dead bands around each of so many pits of the first grid
@@ -30,6 +34,10 @@ ROUNDS = 2  # of grids around the best valve
 DRAWS = 100  # of the block bootstrap
 FEWEST_BLOCKS, MOST_BLOCKS = 8, 12
 FINEST, COARSEST = 200, 60  # samples a cycle of the valve's path, and of the regression
+LONGEST = 20000  # samples of a log of the position whose valve's path is that of every sample
+NEAR = np.array(
+    [-1.0, -0.5, -0.25, 0.0, 0.25, 0.5, 1.0]
+)  # moves of the signal from a valve that was read off
 HARMONICS = 7  # of an external periodic disturbance
 PERIODS = np.linspace(-1.5, 1.5, 13)  # cycles that its frequency may differ over the log
 
@@ -71,7 +79,8 @@ class ValveFit:
 
     `unseen` is the largest dead band that the log does not exclude where a valve that follows does as well. `signal`
     is the controller output and `path` the position at steps of the fit,
-    `profile` dead bands and Schwarz's criterion of each against a valve that follows.
+    `profile` dead bands and Schwarz's criterion of each against a valve that follows, `read_off` dead band and jump
+    that the moves of the position show, None where they do not.
     """
 
     dead_band: ValveEstimate
@@ -85,6 +94,7 @@ class ValveFit:
     signal: Array
     path: Array
     profile: tuple[Array, Array]
+    read_off: tuple[float, float] | None
 
 
 def turns_of(signal: Array, least: float) -> Array:
@@ -151,6 +161,9 @@ class _TwoRateLog:
             self.period = 2.0 * float(np.median(np.diff(turns)))
         # The valve sees the last value of each step, the regression means.
         first = max(1, int(self.period // FINEST))
+        if nearest == 0:
+            # A valve that sticks after every sample goes another way at another rate, and the position shows it.
+            first = min(first, max(1, output.size // LONGEST))
         signal = output[first - 1 :: first]
         coarse = max(1, round(self.period / first / COARSEST))
         self.size = signal.size // coarse
@@ -162,6 +175,12 @@ class _TwoRateLog:
         # A valve that comes free is seen to a sample.
         self.move = float(np.median(np.abs(np.diff(self.means(self.signal[:, None])[:, 0]))))
         self.nearest = nearest
+        self.read_off: list[tuple[float, float]] = []
+        if nearest == 0:
+            largest = POLICY.largest_dead_band * self.swing
+            for valve in read_off_valves(output, answer):
+                if valve[0] < largest:
+                    self.read_off.append(valve)
         self.blocks = int(np.clip(round(self.cycles), FEWEST_BLOCKS, MOST_BLOCKS))
 
     def means(self, path: Array) -> Array:
@@ -230,10 +249,17 @@ class _Search:
         # Denser where dead bands are small.
         largest = POLICY.largest_dead_band * log.swing
         dead_bands = largest * np.linspace(0.0, 1.0, FIRST)[1:] ** 1.5
-        first = _Tried(self, _Grid.of(dead_bands, RATIOS, (True, False)))
+        ratios = _ratios(log.nearest == 0)
+        first = _Tried(self, _Grid.of(dead_bands, ratios, (True, False)))
         profile = _profile(first.grid, first.scores - without)
         # Seen from sample to sample the right valve is a narrow pit, whose edge alone the first grid may meet.
         finer = [_Tried(self, first.near(centre)) for centre in first.pits()]
+        read_off = None
+        if log.read_off:
+            around = [_Tried(self, _grid_near(*valve, log.move)) for valve in log.read_off]
+            finer += around
+            best_scores = [float(grid_tried.scores.min()) for grid_tried in around]
+            read_off = log.read_off[int(np.argmin(best_scores))]
         for grid_tried in finer:
             profile = _with_profile(profile, _profile(grid_tried.grid, grid_tried.scores - without))
         all_tried = [first, *finer]
@@ -248,8 +274,8 @@ class _Search:
         limit = best + POLICY.excluded + POLICY.inexact * max(without - best, 0.0)
         possible = [candidate.scores <= limit for candidate in all_tried]
         return ValveFit(
-            tried.estimate("dead_band", all_tried, possible, log.move),
-            tried.estimate("jump", all_tried, possible, log.move),
+            tried.estimate("dead_band", all_tried, possible, log.move, read_off),
+            tried.estimate("jump", all_tried, possible, log.move, read_off),
             bool(tried.grid.moves_on[k]),
             evidence,
             max(_unseen(*profile), float(np.mean(np.abs(np.diff(log.signal))))),
@@ -259,6 +285,7 @@ class _Search:
             log.signal,
             tried.path[:, k],
             profile,
+            read_off,
         )
 
     def _periodic(self) -> float:
@@ -283,6 +310,7 @@ class _Tried:
 
     def __init__(self, search: _Search, grid: _Grid) -> None:
         self.grid = grid
+        self.shows_moves = search.log.nearest == 0
         self.path, self.sums = search.log.paths(grid)
         self.scores, structures = self.sums.criterion(more=2)
         self.best = int(self.scores.argmin())
@@ -310,39 +338,65 @@ class _Tried:
         middle = self.grid.dead_band[[centre]]
         step = _step(self.grid.dead_band, middle)
         dead_bands = np.linspace(max(middle[0] - step, 0.1 * middle[0]), middle[0] + step, FINER)
-        return _Grid.of(dead_bands, RATIOS, (True, False))
+        return _Grid.of(dead_bands, _ratios(self.shows_moves), (True, False))
 
     def around(self) -> _Grid:
         """Return a finer grid around the best valve and those of the bootstrap."""
         grid = self.grid
         chosen = np.append(self.drawn, self.best)
         near = grid.dead_band[chosen]
+        ratio = grid.jump / np.maximum(grid.dead_band, 1e-12)
         step = _step(grid.dead_band, near)
         dead_bands = np.linspace(max(near.min() - step, 0.1 * near.min()), near.max() + step, FINE)
-        ratio = grid.jump / np.maximum(grid.dead_band, 1e-12)
         step = _step(ratio, ratio[chosen])
         ends = np.clip([ratio[chosen].min() - step, ratio[chosen].max() + step], 0.0, 1.0)
         modes = tuple(mode for mode in (True, False) if mode in grid.moves_on[chosen])
         if 0.0 in ratio[chosen]:
             # Without a jump both kinds are one.
             modes = (True, False)
-        return _Grid.of(dead_bands, np.linspace(ends[0], ends[1], FINE_RATIOS), modes)
+        ratios = np.linspace(ends[0], ends[1], FINE_RATIOS)
+        if self.shows_moves:
+            # The pit may be so narrow that only the best valve itself lies in it.
+            dead_bands = np.union1d(dead_bands, grid.dead_band[self.best])
+            ratios = np.union1d(ratios, ratio[self.best])
+        return _Grid.of(dead_bands, ratios, modes)
 
     def estimate(
-        self, name: str, all_tried: list[_Tried], possible: list[Mask], move: float
+        self,
+        name: str,
+        all_tried: list[_Tried],
+        possible: list[Mask],
+        move: float,
+        read_off: tuple[float, float] | None,
     ) -> ValveEstimate:
         """Return the best value of one number and its interval of 95 %.
 
-        The interval holds the values of the bootstrap and of all valves that are possible; half a step of the grid, and
-        half of what the signal moves from sample to sample, are added.
+        The interval holds the values of the bootstrap and of all valves that are possible, and what was read off
+        the moves; half a step of the grid, and half of what the signal moves from sample to sample, are added.
         """
         values: Array = getattr(self.grid, name)
         value = float(values[self.best])
         ends = list(np.percentile(values[self.drawn], [2.5, 97.5]))
+        if read_off is not None:
+            ends.append(read_off[("dead_band", "jump").index(name)])
         for candidate, which in zip(all_tried, possible, strict=True):
             ends += getattr(candidate.grid, name)[which].tolist()
         half = 0.5 * max(_step(values, values[[self.best]]), move)
         return ValveEstimate(value, max(min(*ends, value) - half, 0.0), max(*ends, value) + half)
+
+
+def _ratios(shows_moves: bool) -> Array:
+    """J/S of the first grids."""
+    if shows_moves:
+        return POSITION_RATIOS
+    return RATIOS
+
+
+def _grid_near(dead_band: float, jump: float, move: float) -> _Grid:
+    """Return a fine grid around a valve that was read off, as far as the signal moves from sample to sample."""
+    dead_bands = dead_band + np.minimum(move, 0.1 * dead_band) * NEAR
+    ratios = np.clip((jump + move * NEAR) / dead_band, 0.0, 1.0)
+    return _Grid.of(dead_bands, np.unique(ratios), (True, False))
 
 
 def _step(values: Array, near: Array) -> float:

@@ -37,6 +37,12 @@ class ValvePolicy:
     no_jump: float = 0.25
     # A jump whose interval begins above this share of the dead band is one.
     least_jump: float = 0.1
+    # A change of the position above this many standard deviations of all changes is a move. [-]
+    move_over_noise: float = 4.0
+    # Fewer moves, or fewer that turn, tell dead band and jump too vaguely to look near them. [moves]
+    fewest_moves: int = 6
+    # Where the fit and the moves of the position differ by more than this share of the dead band, one of them is wrong.
+    agrees: float = 0.05
     # Fewer cycles do not show what repeats. [cycles]
     fewest_cycles: float = 4.0
     # Fewer samples are no cycles of anything. [samples]

@@ -67,10 +67,10 @@ class ValveVerdict:
         if self.kind == UNKNOWN:
             return f"not identifiable: {self.reason}"
         name = "stiction"
-        if self.jump.high < POLICY.no_jump * self.dead_band.value:
-            name = "dead band without a jump"
-        elif self.jump.low < POLICY.least_jump * self.dead_band.value:
+        if self.jump.low < POLICY.least_jump * self.dead_band.value:
             name = "dead band, perhaps with a jump"
+            if self.jump.high < POLICY.no_jump * self.dead_band.value:
+                name = "dead band without a jump"
         return f"{name}: S = {_with_interval(self.dead_band)} of controller output, J = {_with_interval(self.jump)}"
 
     def as_dict(self) -> dict[str, Any]:
@@ -219,6 +219,12 @@ def _judged(fit: ValveFit, mode: str, is_position: bool) -> tuple[str, Grade, st
             )
     if dead_band.high - dead_band.low > POLICY.wide * dead_band.value:
         return STICKS, Grade.CARE, "the interval is wide"
+    if is_position and not _agrees(fit):
+        return (
+            STICKS,
+            Grade.CARE,
+            "the position does not show the moves of this valve clearly, and the intervals may be too narrow",
+        )
     if not is_position and mode != "manual":
         # Simulated disturbances from outside passed for stiction in a few loops.
         return (
@@ -227,6 +233,15 @@ def _judged(fit: ValveFit, mode: str, is_position: bool) -> tuple[str, Grade, st
             "confirm it by a test in manual, or log the position of the valve",
         )
     return STICKS, Grade.GOOD, ""
+
+
+def _agrees(fit: ValveFit) -> bool:
+    """Whether dead band and jump that were read off the moves of the position are about those that were fitted."""
+    if fit.read_off is None:
+        return False
+    fitted = np.array([fit.dead_band.value, fit.jump.value])
+    apart = np.abs(np.array(fit.read_off) - fitted)
+    return bool(apart.max() <= POLICY.agrees * fit.dead_band.value)
 
 
 def _about_ends(output: Array) -> tuple[Finding, ...]:

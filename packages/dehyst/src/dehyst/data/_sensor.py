@@ -25,7 +25,8 @@ from dehyst.student import quantile
 
 PLACES = 21  # at which a log without steps is read: every 5 % of the range
 REACH = 0.01  # of the range: samples so near a place are read together
-TAIL = 0.02  # share of a hold whose mean is its begin, or its end
+TAIL = 0.02  # share of a hold, its begin or its end, whose mean is taken at most
+FEWEST_IN_LINE = 4  # samples that tell how fast the reading creeps there, and its noise
 STEPS = 60  # a stroke of more samples is no table of steps
 PERCENT = "%"  # of full scale
 ALIKE = 0.8  # holds of this share of the longest one are averaged with it
@@ -46,6 +47,16 @@ class _Slope:
 
     def __sub__(self, other: _Slope) -> _Slope:
         return _Slope(self.value - other.value, math.hypot(self.error, other.error))
+
+
+@dataclass(frozen=True)
+class _End:
+    """Begin or end of a hold: mean of `count` samples, its standard error, and what creep within them moves it by."""
+
+    value: float
+    error: float
+    bias: float
+    count: int
 
 
 def sensor_data_sheet(
@@ -457,23 +468,29 @@ class _Measured:
         longest = max(self._seconds(part, hold) for part, hold in holds)
         holds = [pair for pair in holds if self._seconds(*pair) >= ALIKE * longest]
         seconds = min(self._seconds(part, hold) for part, hold in holds)
-        changes, levels, errors = [], [], []
+        changes, levels, errors, biases = [], [], [], []
         for part, hold in holds:
             last = part.time[hold.begin] + seconds
             end = hold.begin + int(np.searchsorted(part.time[hold.begin : hold.end], last, "right"))
             size = max(1, round(TAIL * (end - hold.begin)))
             # A quantity that is not quite at rest moves the reading too, and so does the temperature.
-            still = self._at_rest(part)
-            head, tail = slice(hold.begin, hold.begin + size), slice(end - size, end)
-            changes.append(float(np.mean(still[tail]) - np.mean(still[head])))
+            still = self._at_rest(part)[hold.begin : end]
+            times = part.time[hold.begin : end]
+            begin = _end_of(still, times, size)
+            last_end = _end_of(still[::-1], times[::-1], size)
+            changes.append(last_end.value - begin.value)
             levels.append(hold.level)
-            scatter = math.hypot(float(np.std(still[head])), float(np.std(still[tail])))
-            errors.append(scatter / math.sqrt(size))
+            errors.append(math.hypot(begin.error, last_end.error))
+            biases.append(begin.bias + last_end.bias)
+            head = slice(hold.begin, hold.begin + begin.count)
             away = part.reading[head] - self.line.at(part.quantity[head])
             first = float(np.mean(self._percent(away)))
             drawn.append((hold.level, first, first + changes[-1]))
         values = np.array(changes)
-        estimate = _estimate(float(np.mean(values)), values, max(errors), PERCENT)
+        # What a mean leaves out is alike in all holds: it does not average out.
+        estimate = _estimate(
+            float(np.mean(values)), values, max(errors), PERCENT, float(np.mean(biases))
+        )
         worst = int(np.argmax(np.abs(values)))
         return SheetFigure(
             estimate,
@@ -582,14 +599,35 @@ def _middle(curves: Curves) -> Array:
     return np.asarray(0.5 * (curves[0] + curves[1]))
 
 
-def _estimate(value: float, of_cycles: Array, error: float, unit: str) -> LoopEstimate:
-    """A figure with its interval: that of the scatter of single ones, and no less than the noise makes."""
+def _end_of(values: Array, times: Array, most: int) -> _End:
+    """The first of values that creep: the mean of as many as make noise and bias least together, at most so many."""
+    window = max(most, FEWEST_IN_LINE)
+    if values.size < 2 * window:
+        mean = float(np.mean(values[:most]))
+        return _End(mean, float(np.std(values[:most])) / math.sqrt(most), 0.0, most)
+    seconds = np.abs(times[:window] - times[0])
+    rate, level = np.polyfit(seconds, values[:window], 1)
+    left = values[:window] - rate * seconds - level
+    noise = math.sqrt(float(left @ left) / (window - 2))
+    counts = np.arange(1, most + 1)
+    errors = noise / np.sqrt(counts)
+    biases = abs(float(rate)) * np.cumsum(seconds[:most]) / counts
+    count = int(np.argmin(np.hypot(errors, biases))) + 1
+    mean = float(np.mean(values[:count]))
+    return _End(mean, float(errors[count - 1]), float(biases[count - 1]), count)
+
+
+def _estimate(
+    value: float, of_cycles: Array, error: float, unit: str, bias: float = 0.0
+) -> LoopEstimate:
+    """A figure with its interval: that of the scatter of single ones, no less than the noise makes, and a bias."""
     if unit == PERCENT:
         value = _nothing(value)
     reach = quantile(CONFIDENCE, NORMAL) * error / math.sqrt(of_cycles.size)
     if of_cycles.size >= POLICY.fewest_scatter:
         scatter = float(np.std(of_cycles, ddof=1)) / math.sqrt(of_cycles.size)
         reach = max(reach, quantile(CONFIDENCE, of_cycles.size - 1) * scatter)
+    reach += bias
     if unit == PERCENT:
         reach = _nothing(reach)
     return LoopEstimate(value, value - reach, value + reach, unit)
