@@ -106,6 +106,7 @@ def test_every_option_that_a_message_prescribes_has_a_control_in_the_studio():
         "--follow",
         "--n",
         "--size",
+        "--wing",
     }  # to type
     prescribed = set()
     for room in ("data", "identification", "io"):
