@@ -373,8 +373,8 @@ class ElementModel(LoopModel):
         >>> from dehyst.families import example
         >>> model = example("butterfly")
         >>> x = [1.0, 0.5, 0.9, 0.4]
-        >>> wing = model.wing("upper")
-        >>> bool(abs(wing.inverse().simulate(model.simulate(x)) - x).max() < 1e-12)
+        >>> wing, poled = model.wing("upper"), model.after_strokes(1.0, rising=False)
+        >>> bool(abs(wing.inverse().simulate(poled.simulate(x)) - x).max() < 1e-12)
         True
         """
         if side not in WINGS:
