@@ -2,6 +2,7 @@
 
     python benchmarks/butterflies.py            # the table of docs/how-to/butterfly-loops.md; about a minute
     python benchmarks/butterflies.py --compare  # with the best family of `dehyst compare` too; some minutes more
+    python benchmarks/butterflies.py --elsewhere  # whether a log of the zoo of other rigs is taken for a butterfly
 
 No rig is of the family: relays (Preisach) and a rod after Jiles and Atherton (examples/simulators/butterfly.py), a
 Bouc-Wen state, and relays that switch late. What `auto` took before it knew butterflies stands in the table of the fit:
@@ -19,8 +20,11 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from zoo.logs import recording
+from zoo.rigs import RIGS as ZOO
 
 import dehyst
+from dehyst.families.kit import butterfly_in
 
 Array = npt.NDArray[np.float64]
 ROOT = Path(__file__).resolve().parents[1]
@@ -101,11 +105,32 @@ def best_compared(log: dehyst.Recording) -> str:
     return f"{least:.2f} ({best})"
 
 
+def seen_elsewhere() -> list[str]:
+    """Rigs of the zoo whose usual log is taken for a butterfly."""
+    seen = []
+    for name, rig in ZOO.items():
+        log = recording(rig, "usual")
+        part = slice(0, len(log) // 2)
+        scaled = []
+        for signal in (log.input[part], log.output[part]):
+            scaled.append(2.0 * (signal - signal.min()) / np.ptp(signal) - 1.0)
+        if butterfly_in([(scaled[0], scaled[1])]) is not None:
+            seen.append(name)
+    return seen
+
+
 def main() -> int:
     """Print the table; 1 if a butterfly is not seen, or errs by more than 4 % of range."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--compare", action="store_true")
+    parser.add_argument("--elsewhere", action="store_true", help="only look at the rigs of the zoo")
     options = parser.parse_args()
+    if options.elsewhere:
+        seen = seen_elsewhere()
+        print(
+            f"butterflies in {len(seen)} of {len(ZOO)} logs of the zoo: {', '.join(seen) or 'none'}"
+        )
+        return int(bool(seen))
     heads = [
         "rig",
         "noise",

@@ -32,6 +32,7 @@ from dehyst_targets.backlash._plan import MeasurementPlan, plan_measurement
 from dehyst_targets.backlash._readings import read_measurement
 from dehyst_targets.backlash._requests import BacklashRequest
 from dehyst_targets.backlash._write import BacklashTable, checked_table, make_table, write_table
+from dehyst_targets.commands import refuse_picture
 
 APPROACH = 2.0  # of a plan where none is typed [unit]
 Errors = LostMotion | BacklashTable
@@ -196,11 +197,7 @@ def _measured(request: BacklashRequest, sheet: Path) -> LostMotion:
 def _refuse_lost_files(request: BacklashRequest, made: BacklashTable, sheet: Path) -> None:
     """Refuse outputs that cannot be written or would cost a file that is there."""
     targets: dict[str, tuple[Path | None, str | None]] = {"figure": (request.figure, None)}
-    if request.figure is not None:
-        from dehyst.report import require_picture_name
-
-        require_picture_name(request.figure)
-        refuse_existing(request.figure, request.overwrite, own=TITLE)
+    refuse_picture(request.figure, TITLE, request.overwrite)
     if request.out is not None:
         refuse_unwritable(request.out, folder=True)
         for name, text in made.files.items():

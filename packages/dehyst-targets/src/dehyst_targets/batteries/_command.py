@@ -22,13 +22,14 @@ from dehyst.data import Recording
 from dehyst.errors import DehystError, OutputError
 from dehyst.files import write_atomically
 from dehyst.identification import identify
-from dehyst.report import PageFigure, Panel, PanelLine, chart, require_picture_name
+from dehyst.report import PageFigure, Panel, PanelLine, chart
 from dehyst.report import kit as report_kit
 from dehyst.shell import command, visible
 from dehyst_targets.batteries._fit import OcvFit, fit_ocv
 from dehyst_targets.batteries._ocv import OcvLog, read_ocv
 from dehyst_targets.batteries._requests import BatteryRequest
 from dehyst_targets.batteries._write import pybamm_file
+from dehyst_targets.commands import reading_options, refuse_picture
 
 TITLE = "dehyst battery: "  # by which a picture is known that may be drawn anew
 SHARE = (
@@ -39,18 +40,14 @@ SHARE = (
 def run_battery(request: BatteryRequest) -> None:
     """Read, fit, write, print."""
     refuse_clashes([request.log], True, out=(request.out, None), figure=(request.figure, None))
-    if request.figure is not None:
-        require_picture_name(request.figure)
-        refuse_existing(request.figure, request.overwrite, own=TITLE)
-    reading = {"time": request.time, "time_unit": request.time_unit, "dt": request.dt, "sheet": request.sheet,
-               "run": request.run, "start": request.start, "stop": request.stop}  # fmt: skip
+    refuse_picture(request.figure, TITLE, request.overwrite)
     with ask_progress("reading", request.json):
         log = read_ocv(
             request.log,
             charge=request.charge,
             voltage=request.voltage,
             stoichiometry=request.stoichiometry,
-            **reading,
+            **reading_options(request),
         )
     with ask_progress("fitting", request.json):
         fit = fit_ocv(log, decay=request.decay)

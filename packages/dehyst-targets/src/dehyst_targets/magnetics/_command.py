@@ -20,9 +20,10 @@ from dehyst.app import (
 from dehyst.app import kit as app_kit
 from dehyst.errors import OutputError, ParameterError
 from dehyst.files import write_atomically
-from dehyst.report import PageFigure, Panel, PanelLine, chart, require_picture_name
+from dehyst.report import PageFigure, Panel, PanelLine, chart
 from dehyst.report import kit as report_kit
 from dehyst.shell import command, visible
+from dehyst_targets.commands import reading_options, refuse_picture
 from dehyst_targets.magnetics._loop import Core, read_core
 from dehyst_targets.magnetics._models import CoreFit, fit_core
 from dehyst_targets.magnetics._requests import MagnetRequest
@@ -39,9 +40,7 @@ COLOURS = {
 def run_magnet(request: MagnetRequest) -> None:
     """Read, fit, write, print."""
     refuse_clashes([request.log], True, out=(request.out, None), figure=(request.figure, None))
-    if request.figure is not None:
-        require_picture_name(request.figure)
-        refuse_existing(request.figure, request.overwrite, own=TITLE)
+    refuse_picture(request.figure, TITLE, request.overwrite)
     form = None
     if request.out is None and request.format is not None:
         raise ParameterError(
@@ -49,8 +48,6 @@ def run_magnet(request: MagnetRequest) -> None:
         )
     if request.out is not None:
         form = format_named(request.format, request.out)
-    reading = {"time": request.time, "time_unit": request.time_unit, "dt": request.dt, "sheet": request.sheet,
-               "run": request.run, "start": request.start, "stop": request.stop}  # fmt: skip
     with ask_progress("reading", request.json):
         core = read_core(
             request.log,
@@ -59,7 +56,7 @@ def run_magnet(request: MagnetRequest) -> None:
             field_unit=request.field_unit,
             density_unit=request.density_unit,
             symmetric=request.symmetric,
-            **reading,
+            **reading_options(request),
         )
     with ask_progress("fitting cores", request.json):
         fits = fit_core(core)

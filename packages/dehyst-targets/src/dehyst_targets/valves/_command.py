@@ -22,6 +22,7 @@ from dehyst.files import write_atomically
 from dehyst.findings import Grade
 from dehyst.io import format_csv
 from dehyst.shell import command, visible
+from dehyst_targets.commands import reading_options, refuse_picture
 from dehyst_targets.valves._figure import TITLE, write_valve_figure
 from dehyst_targets.valves._loop import read_control_loop
 from dehyst_targets.valves._policy import POLICY
@@ -32,13 +33,7 @@ from dehyst_targets.valves._verdict import UNKNOWN, ValveVerdict, judge_valve, s
 def run_valve(request: ValveRequest) -> None:
     """Read, judge, write, print."""
     refuse_clashes([request.log], True, test=(request.test, None), figure=(request.figure, None))
-    if request.figure is not None:
-        from dehyst.report import require_picture_name
-
-        require_picture_name(request.figure)
-        refuse_existing(request.figure, request.overwrite, own=TITLE)
-    reading = {"time": request.time, "time_unit": request.time_unit, "dt": request.dt, "sheet": request.sheet,
-               "run": request.run, "start": request.start, "stop": request.stop}  # fmt: skip
+    refuse_picture(request.figure, TITLE, request.overwrite)
     with ask_progress("reading", request.json):
         loop = read_control_loop(
             request.log,
@@ -47,7 +42,7 @@ def run_valve(request: ValveRequest) -> None:
             measurement=request.measurement,
             position=request.position,
             span=request.span,
-            **reading,
+            **reading_options(request),
         )
     with ask_progress("fitting valves", request.json):
         verdict = judge_valve(loop)

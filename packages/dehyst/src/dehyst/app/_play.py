@@ -85,7 +85,7 @@ def run_compensate(request: CompensateRequest) -> None:
     shaped, lead, about_shape = _shaped(request, model, signal, y)
     findings += about_shape
     with ask_progress("inverting"):
-        if request.wing is not None and request.begin is None and not known:
+        if request.wing is not None and not known and _start(request) == models_kit.MODEL:
             end = {"upper": "highest", "lower": "lowest"}[request.wing]
             known = f"poled, over the whole range and from the {end} {model.card.input.name} to the first sample"
         played = _noted(_played(request, inverse, signal, shaped, COMPENSATED), known)

@@ -178,7 +178,7 @@ def loop_outcome(
         certificate=certificate,
         measure=lambda turns: _measured(log, model, static, turns),
         static=static,
-        knows=Knows(True, True, model.rate_dependent, turns=model.family == "butterfly"),
+        knows=Knows(leads=True, crosses=True, time=model.rate_dependent, turns=model.winged),
         compared=compared,
         remarks=lambda measured: _remarks(log, model, measured),
         form=form,
