@@ -321,12 +321,12 @@ class TrialRun(Plotted):
         for j in range(self.flags.shape[1]):
             # A moment of contact is no news of the model.
             moment = POLICY.touched * self.time.size
-            told = (
+            flag_words = (
                 ("stale", self._stale, 0.0),
                 ("shifted", self._shifted, 0.0),
                 ("touched", self._touched, moment),
             )
-            for name, text, least in told:
+            for name, text, least in flag_words:
                 when = np.flatnonzero(self.flags[:, j] & FLAGS[name])
                 if name == "touched" and not self._beyond_model(j):
                     continue
@@ -360,13 +360,13 @@ class TrialRun(Plotted):
 
     def _touched(self, j: int, last: int) -> str:
         share = np.mean(self.flags[:, j] & FLAGS["touched"] != 0)
-        known = ""
+        beyond = ""
         if j + 1 in self.missed:
-            known = (
+            beyond = (
                 f" (it missed {self.missed[j + 1]:.1f} Nm at most where nothing touched the joint)"
             )
         return (
-            f"up to {self._largest_contact(j):.1f} Nm came that the model does not explain{known}, in "
+            f"up to {self._largest_contact(j):.1f} Nm came that the model does not explain{beyond}, in "
             f"{100 * share:.0f} % of the trial: a hand, a wall, a load; if nothing touched the joint, a calibration or "
             f"a hysteresis that is not as it was identified. Nothing was learned from it."
         )

@@ -340,12 +340,12 @@ def _torque_error(arm: Arm, part: _Part, equipment: Equipment, log: ArmLog) -> A
         first, second = log.pressure[:, k, 0], log.pressure[:, k, 1]
         # The compensator's part balances the hysteresis, and so gives no torque.
         difference = first - second - log.compensation[:, k]
-        given = equipment.characteristics[number].torque(
+        torque = equipment.characteristics[number].torque(
             log.measured[:, k], (first + second) / 2, difference
         )
         # The controller adds the torque of the joint's own inertia to the load.
         asked = equipment.controllers[number].inertia * part.motion[2][:, k] + part.load[:, k]
-        error[:, k] = np.interp(log.time, knots, asked) - given
+        error[:, k] = np.interp(log.time, knots, asked) - torque
     return error
 
 

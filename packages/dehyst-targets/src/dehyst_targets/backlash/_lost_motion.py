@@ -350,8 +350,8 @@ def _drift(readings: AxisReadings) -> list[Finding]:
     if square == 0.0 or freedom < POLICY.fewest_freedom:
         return []
     slope = float(np.sum(order * readings.residual)) / square
-    rest = float(np.sum((readings.residual - slope * order) ** 2)) / freedom
-    deviation = math.sqrt(max(rest, readings.rounding**2) / square)
+    variance = float(np.sum((readings.residual - slope * order) ** 2)) / freedom
+    deviation = math.sqrt(max(variance, readings.rounding**2) / square)
     if abs(slope) <= place_of_tail(0.5 * POLICY.chance, freedom) * deviation:
         return []
     message = (

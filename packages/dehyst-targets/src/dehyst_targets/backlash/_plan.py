@@ -181,8 +181,8 @@ def plan_measurement(
         rate = (high - low) / FULL_WAY
     if not (rate > 0.0 and math.isfinite(rate)):
         raise ParameterError(f"--rate {rate:g} is not positive. Type a rate in {unit}/s.")
-    known = canonical(unit)
-    if known not in ("mm", "in", "deg"):
+    canonical_unit = canonical(unit)
+    if canonical_unit not in ("mm", "in", "deg"):
         raise ParameterError(f"--unit {unit:.20}: G-code knows mm, in and deg. Type one of them.")
     readings = []
     for repeat in range(1, repeats + 1):
@@ -192,7 +192,7 @@ def plan_measurement(
                 place = float(number(point))
                 readings.append(PlannedReading(repeat, place, True, way))
                 readings.append(PlannedReading(repeat, place, False, way))
-    return MeasurementPlan(tuple(readings), known, rate, hold)
+    return MeasurementPlan(tuple(readings), canonical_unit, rate, hold)
 
 
 def _refuse_bad_numbers(

@@ -266,10 +266,10 @@ def _lengths(
 ) -> tuple[Array, Array, str]:
     """Both columns in the unit of the commands."""
     if unit is not None:
-        known = canonical(unit)
-        if known is None or dimension(known) not in ("length", "angle"):
+        canonical_unit = canonical(unit)
+        if canonical_unit is None or dimension(canonical_unit) not in ("length", "angle"):
             raise UnitError(f"--unit {unit:.20} is no length and no angle. Type mm, in or deg.")
-        unit = known
+        unit = canonical_unit
     units = []
     for name in (command_name, answer_name):
         headed = table.label(name)[1]

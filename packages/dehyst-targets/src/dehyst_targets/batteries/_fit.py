@@ -189,8 +189,8 @@ def _fitted(log: OcvLog, decay: float | None) -> OcvFit:
             f"voltage changes branches after a turn. Log partial cycles, or type the rate: --decay 50.",
         )
         return OcvFit(x, low, high, None, nan, nan, middle, (finding,))
-    known = OcvFit(x, low, high, rates, nan, nan, middle)
-    left = known.simulate(log.x, known.start(log.x[0], log.voltage[0])) - log.voltage
+    fitted = OcvFit(x, low, high, rates, nan, nan, middle)
+    left = fitted.simulate(log.x, fitted.start(log.x[0], log.voltage[0])) - log.voltage
     minor_error = nan
     if samples:
         minor_error = float(np.sqrt(np.mean(left[minor] ** 2)))

@@ -43,9 +43,9 @@ def run_simulate(request: SimulateRequest) -> None:
     findings += outside(x, model.card.input, "input", "the model extrapolates there")
     # A model that depends on rates was tested only at those of its log.
     findings += models_kit.faster_than_log(model, model.card.input, "the input", [(signal.time, x)])
-    model, known = _after(request, model, float(x[0]))
+    model, past_words = _after(request, model, float(x[0]))
     with ask_progress("simulating"):
-        played = _noted(_played(request, model, signal, x, "model"), known)
+        played = _noted(_played(request, model, signal, x, "model"), past_words)
     # A direct inverse is solved for its input, which may lie beyond its range.
     lost = model.lost(played.answer)
     if lost:
@@ -77,7 +77,7 @@ def run_compensate(request: CompensateRequest) -> None:
     findings += models_kit.faster_than_log(
         model, model.card.output, "the reference", [(signal.time, y)]
     )
-    model, known = _after(request, model, float(y[0]), backward=True)
+    model, past_words = _after(request, model, float(y[0]), backward=True)
     # What came before may have been on the other wing.
     if request.wing is not None:
         model = model.wing(request.wing)
@@ -85,10 +85,10 @@ def run_compensate(request: CompensateRequest) -> None:
     shaped, lead, about_shape = _shaped(request, model, signal, y)
     findings += about_shape
     with ask_progress("inverting"):
-        if request.wing is not None and not known and _start(request) == models_kit.MODEL:
+        if request.wing is not None and not past_words and _start(request) == models_kit.MODEL:
             end = {"upper": "highest", "lower": "lowest"}[request.wing]
-            known = f"poled, over the whole range and from the {end} {model.card.input.name} to the first sample"
-        played = _noted(_played(request, inverse, signal, shaped, COMPENSATED), known)
+            past_words = f"poled, over the whole range and from the {end} {model.card.input.name} to the first sample"
+        played = _noted(_played(request, inverse, signal, shaped, COMPENSATED), past_words)
         if not request.unknown_state:
             findings += _proof(model, inverse, played, shaped)
     findings += outside(
