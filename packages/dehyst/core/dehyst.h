@@ -497,6 +497,42 @@ dehyst_real dehyst_elements_solve(const dehyst_elements *sum, dehyst_elements_st
 int32_t dehyst_elements_check(const dehyst_elements *sum);
 int32_t dehyst_elements_memory_check(const dehyst_elements *sum, const dehyst_real *z, dehyst_real last);
 
+/* ---- Two inputs that act on two outputs, such as the axes of a stage or the muscles of a joint.
+ *
+ *   output_j = level_j + amplitude_j (path_j0 at x_0 + path_j1 at x_1),   x_i = (input_i - center_i)/half_range_i
+ *
+ * Every path is a sum of elements without maps and schedules of its own. The paths [0][0] and [1][1] rise; the other
+ * two rise or fall. Where the determinant of the four slopes stays above 0, two outputs have one pair of inputs, and it
+ * is found to rounding in a bounded number of rounds: at most 12 + DEHYST_HALVINGS solutions of path [1][1]. */
+
+typedef struct dehyst_pair {
+    dehyst_elements path[2][2];             /* [output][input]; low .. high of [i][i] are the limits of x_i */
+    dehyst_real center[2], half_range[2];   /* half_range is not 0, [input] */
+    dehyst_real level[2], amplitude[2];     /* amplitude is not 0, [output] */
+    dehyst_real rest[2];                    /* x at which everything rests after a reset */
+    int32_t solves;                         /* 0: inputs in, outputs out; 1: the other way round */
+} dehyst_pair;
+
+typedef struct dehyst_pair_state {
+    dehyst_elements_state path[2][2]; /* each z (n,) must point to memory of its own before the reset */
+    dehyst_real answer[2];            /* last good one */
+    int32_t rounds;                   /* that the last solution took */
+    uint32_t flags;                   /* DEHYST_REJECTED, _EVER; DEHYST_LIMITED, _EVER: an input at low or high */
+} dehyst_pair_state;
+
+/* At rest, flags cleared. */
+void dehyst_pair_reset(const dehyst_pair *pair, dehyst_pair_state *state);
+
+/* One sample of both. Where one of them is not finite or beyond DEHYST_INPUT_LIMIT, nothing changes but flags. */
+void dehyst_pair_step(const dehyst_pair *pair, dehyst_pair_state *state, const dehyst_real sample[2],
+                      dehyst_real answer[2]);
+
+/* Its part: the x that give the values of both sums; memory stands. */
+void dehyst_pair_solve(const dehyst_pair *pair, dehyst_pair_state *state, const dehyst_real value[2], dehyst_real x[2]);
+
+/* DEHYST_IMAGE_GOOD if parameters are those of a pair, else DEHYST_IMAGE_INVALID; slopes are not checked. */
+int32_t dehyst_pair_check(const dehyst_pair *pair);
+
 /* Dead time of n samples; `ring` (n,) is memory of the caller, what comes out first at `at`. Returns x of n samples ago. */
 typedef struct dehyst_delay {
     int32_t n;         /* 0: none */

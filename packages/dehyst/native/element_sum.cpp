@@ -422,6 +422,111 @@ class ElementBlock {
     dehyst_element_block_state state_{};
 };
 
+// Two inputs that act on two outputs, along arrays; the memory of the four paths is given and returned, one behind the
+// other. `numbers` (14,): center, half range, level, amplitude, rest, low and high, two each.
+class ElementPair {
+  public:
+    ElementPair(const ElementSum &own, const ElementSum &from_second, const ElementSum &from_first,
+                const ElementSum &second_own, const In &numbers, bool solves)
+        : path_{&own, &from_second, &from_first, &second_own}
+    {
+        require(numbers.size() == 14, "14 numbers: center, half range, level, amplitude, rest, low, high");
+        const double *at = numbers.data();
+        for (std::size_t k = 0; k < 2; ++k) {
+            pair_.center[k] = at[k];
+            pair_.half_range[k] = at[2 + k];
+            pair_.level[k] = at[4 + k];
+            pair_.amplitude[k] = at[6 + k];
+            pair_.rest[k] = at[8 + k];
+        }
+        pair_.solves = solves ? 1 : 0;
+        for (std::size_t p = 0; p < 4; ++p) {
+            dehyst_elements &sum = pair_.path[p / 2][p % 2];
+            sum = path_[p]->view();
+            sum.low = at[10 + p % 2];
+            sum.high = at[12 + p % 2];
+        }
+        require(dehyst_pair_check(&pair_) == DEHYST_IMAGE_GOOD, "parameters are not those of a pair");
+    }
+    ElementPair(const ElementPair &) = delete;
+    ElementPair &operator=(const ElementPair &) = delete;
+
+    // The memory after a reset.
+    Out rest() const
+    {
+        std::vector<double> memory(size());
+        dehyst_pair_state state{};
+        std::size_t at = 0;
+        for (std::size_t p = 0; p < 4; ++p) {
+            state.path[p / 2][p % 2].z = memory.data() + at + kHead;
+            at += memory_size(p);
+        }
+        dehyst_pair_reset(&pair_, &state);
+        end(state, memory);
+        return ::own(std::move(memory));
+    }
+
+    // Answers (T, 2), memory after them, flags (T,), largest number of rounds of a solution.
+    nb::tuple run(const Pairs &samples, const std::optional<In> &dt, const In &memory) const
+    {
+        require(samples.shape(1) == 2 && (!dt || dt->size() == samples.shape(0)), "two signals, and a dt a sample");
+        require(memory.size() == size(), "memory belongs to another pair");
+        const std::size_t count = samples.shape(0);
+        std::vector<double> after = copy(memory);
+        std::vector<std::vector<double>> memories;
+        std::size_t at = 0;
+        dehyst_pair_state state{};
+        for (std::size_t p = 0; p < 4; ++p) {
+            memories.emplace_back(after.begin() + static_cast<std::ptrdiff_t>(at),
+                                  after.begin() + static_cast<std::ptrdiff_t>(at + memory_size(p)));
+            state.path[p / 2][p % 2] = path_[p]->begin(memories.back());
+            state.path[p / 2][p % 2].z = after.data() + at + kHead;
+            at += memory_size(p);
+        }
+        Buffer answer(2 * count);
+        std::vector<uint32_t> flags(count);
+        dehyst_pair pair = pair_;
+        Timed timed[4] = {{path_[0]->view(), path_[0]->pieces(), path_[0]->time()},
+                          {path_[1]->view(), path_[1]->pieces(), path_[1]->time()},
+                          {path_[2]->view(), path_[2]->pieces(), path_[2]->time()},
+                          {path_[3]->view(), path_[3]->pieces(), path_[3]->time()}};
+        int32_t rounds = 0;
+        {
+            const nb::gil_scoped_release released;
+            Patience patience(20 + 40 * size());
+            for (std::size_t k = 0; k < count && !patience.stops(); ++k) {
+                for (std::size_t p = 0; p < 4; ++p) {
+                    timed[p].pass(dt ? dt->data()[k] : 0.0);
+                    pair.path[p / 2][p % 2].element = timed[p].walk().sum.element;
+                }
+                dehyst_pair_step(&pair, &state, samples.data() + 2 * k, answer.data() + 2 * k);
+                flags[k] = state.flags;
+                rounds = std::max(rounds, state.rounds);
+            }
+        }
+        raise_if_stopped();
+        end(state, after);
+        return nb::make_tuple(answer.release(count, 2), ::own(std::move(after)), own(std::move(flags)), rounds);
+    }
+
+  private:
+    std::size_t memory_size(std::size_t p) const { return kHead + static_cast<std::size_t>(path_[p]->view().n); }
+    std::size_t size() const { return memory_size(0) + memory_size(1) + memory_size(2) + memory_size(3); }
+
+    void end(const dehyst_pair_state &state, std::vector<double> &memory) const
+    {
+        std::size_t at = 0;
+        for (std::size_t p = 0; p < 4; ++p) {
+            memory[at] = state.path[p / 2][p % 2].last;
+            memory[at + 1] = state.path[p / 2][p % 2].step;
+            at += memory_size(p);
+        }
+    }
+
+    std::array<const ElementSum *, 4> path_;
+    dehyst_pair pair_{};
+};
+
 }  // namespace
 
 void bind_element_sum(nb::module_ &m)
@@ -465,4 +570,12 @@ void bind_element_sum(nb::module_ &m)
         .def_prop_ro("output", &ElementBlock::output, "Last good output.")
         .def_prop_ro("share", &ElementBlock::share, "0 off .. 1 on.")
         .def_prop_ro("flags", &ElementBlock::flags, "Of the last sample.");
+    nb::class_<ElementPair> pair(m, "ElementPair", "Two inputs that act on two outputs (packages/dehyst/core/pair.c).");
+    refuse_pickling(pair);
+    pair.def(nb::init<const ElementSum &, const ElementSum &, const ElementSum &, const ElementSum &, const In &, bool>(),
+             "own"_a, "from_second"_a, "from_first"_a, "second_own"_a, "numbers"_a, "solves"_a, nb::keep_alive<1, 2>(),
+             nb::keep_alive<1, 3>(), nb::keep_alive<1, 4>(), nb::keep_alive<1, 5>())
+        .def("rest", &ElementPair::rest, "Memory after a reset: that of the four paths, one behind the other.")
+        .def("run", &ElementPair::run, "samples"_a, "dt"_a.none(), "memory"_a,
+             "(answers (T, 2), memory, flags (T,), most rounds of a sample).");
 }

@@ -295,6 +295,21 @@ class ElementSteps:
     def step(self, value: float, passed: float) -> float: ...
     def memory(self) -> _Array: ...
 
+class ElementPair:
+    def __init__(
+        self,
+        own: ElementSum,
+        from_second: ElementSum,
+        from_first: ElementSum,
+        second_own: ElementSum,
+        numbers: _Array,
+        solves: bool,
+    ) -> None: ...
+    def rest(self) -> _Array: ...
+    def run(
+        self, samples: _Array, dt: _Array | None, memory: _Array
+    ) -> tuple[_Array, _Array, npt.NDArray[np.uint32], int]: ...
+
 class ElementBlock(_SavedMachine):
     def __init__(
         self,

@@ -18,6 +18,7 @@ from dehyst.plugins import added, load_added
 
 COMMANDS = (
     Command("dehyst.app._identify:run_identify", requests.IdentifyRequest),
+    Command("dehyst.app._coupled:run_coupled", requests.CoupledRequest),
     Command("dehyst.app._play:run_simulate", requests.SimulateRequest),
     Command("dehyst.app._play:run_compensate", requests.CompensateRequest),
     Command("dehyst.app._inspect:run_inspect", requests.InspectRequest),

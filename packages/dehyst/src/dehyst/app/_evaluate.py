@@ -8,6 +8,7 @@ from contextlib import nullcontext
 from rich.table import Column, Table
 from rich.text import Text
 
+from dehyst.app._coupled import refuse_coupled
 from dehyst.app._ending import Status, concluding
 from dehyst.app._logs import Read, Shares, recordings_of, verdict_findings, with_schedules
 from dehyst.app._terminal import (
@@ -32,6 +33,7 @@ LONGEST_NAME = 32  # of a file, in a table of 80 columns beside a family and fiv
 def run_evaluate(request: EvaluateRequest) -> None:
     """Read, score, print."""
     models = {str(path): load(path) for path in request.models}
+    refuse_coupled(models, "evaluate")
     # The same file twice would be compared with itself.
     if len(models) < len(request.models):
         raise ParameterError(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import cast
 
@@ -17,8 +17,9 @@ from dehyst.app._terminal import (
 )
 from dehyst.app.requests import ExportRequest
 from dehyst.errors import ModelFileError, ParameterError
-from dehyst.export import SignalPart, Subject, Written, export, subject_of
+from dehyst.export import SignalPart, Subject, Written, export, subject_of, write_pair
 from dehyst.export import kit as export_kit
+from dehyst.families import kit as families_kit
 from dehyst.findings import Finding
 from dehyst.models import Model, ShearedPrandtlIshlinskii, load
 from dehyst.shell import command
@@ -41,6 +42,9 @@ def run_export(request: ExportRequest) -> None:
     inputs = [path for path in (request.model, request.log, request.controller) if path is not None]
     export_kit.refuse_folder(request.out, request.overwrite, inputs)
     loaded = load(request.model)
+    if isinstance(loaded, families_kit.CoupledModel):
+        _export_pair(loaded, request, real)
+        return
     # Refused before the long work, and before an earlier folder is touched.
     if loaded.no_export:
         raise ModelFileError(f"model file '{request.model}' cannot be exported: {loaded.no_export}")
@@ -72,6 +76,49 @@ def run_export(request: ExportRequest) -> None:
         return
     _print(written, subject, request)
     print_findings(findings)
+    print_end(command("verify", request.out))
+
+
+# Of `dehyst export`, what a model of two inputs has.
+DIRECTIONS = ("inverse", "forward")
+OF_PAIR = ("model", "target", "out", "real", "what", "period", "name", "overwrite", "json")
+
+
+def _export_pair(model: families_kit.CoupledModel, request: ExportRequest, real: str) -> None:
+    """Write C for two inputs and two outputs, and say where."""
+    typed = []
+    for entry in fields(request):
+        if entry.name not in OF_PAIR and getattr(request, entry.name) != entry.default:
+            typed.append(f"--{entry.name.replace('_', '-')}")
+    if typed or request.target != "c" or request.what not in DIRECTIONS:
+        others = ", ".join([*typed, f"--target {request.target}", f"--what {request.what}"])
+        raise ParameterError(
+            f"'{request.model}' has {len(model.inputs)} inputs, and a unit of several is written in C alone, with its "
+            f"identified ranges as limits; typed was {others}. Type: "
+            f"{command('export', request.model, target='c', out=request.out)}",
+            options=typed,
+        )
+    name = request.name or export_kit.identifier(request.model.stem)
+    with ask_progress("exporting", request.json):
+        files = write_pair(
+            model, request.out, name=name, direction=request.what, real=real, period=request.period,
+            overwrite=request.overwrite,
+        )  # fmt: skip
+    if request.json:
+        print_json(
+            {
+                "folder": str(request.out),
+                "name": name,
+                "what": request.what,
+                "real": real,
+                "files": [*files],
+            }
+        )
+        return
+    terminal().print(
+        f"{real} precision, names begin with {name}_; wrote {len(files)} files: {request.out}",
+        soft_wrap=True,
+    )
     print_end(command("verify", request.out))
 
 

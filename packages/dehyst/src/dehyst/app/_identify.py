@@ -159,7 +159,8 @@ def _identify(request: IdentifyRequest) -> tuple[Fit, StepCost | None]:
         sizes = [number for number in (size, request.size) if number is not None]
         most = min(sizes) if sizes else None
         if family is None:
-            return identify(records, purpose=request.purpose, size=most, **settings)
+            best: Fit = identify(records, purpose=request.purpose, size=most, **settings)
+            return best
         fraction = request.train_fraction
         fit = identify(
             records,

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.app._coupled import play_coupled
 from dehyst.app._logs import (
     dead_time_findings,
     given_of,
@@ -36,6 +37,8 @@ EXTREMES = ", between an actuator at rest and strokes over the whole range"
 
 def run_simulate(request: SimulateRequest) -> None:
     """Write time, input and the model's output."""
+    if play_coupled(request):
+        return
     model, signal = _read(request, "input")
     x, findings = models_kit.in_units_of(
         model.card.input, signal.values, signal.unit, f"'{signal.name}'"
@@ -62,6 +65,8 @@ def run_simulate(request: SimulateRequest) -> None:
 
 def run_compensate(request: CompensateRequest) -> None:
     """Write time, wanted output and the input that produces it."""
+    if play_coupled(request):
+        return
     model, signal = _read(request, "output")
     # The verdict comes first in the warnings: whoever runs a bad inverse may break a machine.
     findings_of_verdict = verdict_findings(

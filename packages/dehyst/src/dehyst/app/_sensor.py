@@ -8,6 +8,7 @@ from dataclasses import replace
 from rich.cells import cell_len
 from rich.table import Column
 
+from dehyst.app._coupled import refuse_coupled
 from dehyst.app._logs import files_of, read_logs, refuse_two_names, typed_clocks
 from dehyst.app._loops import findings_of
 from dehyst.app._targets import PAGE, SENSOR, refuse_clashes
@@ -45,6 +46,7 @@ def run_sensor(request: SensorRequest) -> None:
     model = None
     if request.model is not None:
         model = load(request.model)
+        refuse_coupled({str(request.model): model}, "sensor")
     request = _named(request, model)
     cards = None
     if model is not None and model.context:

@@ -15,13 +15,14 @@ from dehyst.shell import quoted
 
 # How the files begin that dehyst itself writes again and again, and what is no such file.
 MODEL = '"format": "dehyst-model"'
-FAMILY_MODEL = '"format": "dehyst-family"'  # a model too
+OTHER_MODELS = ('"format": "dehyst-family"', '"format": "dehyst-coupled"')  # models too
 PAGE = '<meta name="generator" content="dehyst '
 SWEEP = "dehyst sweep: "
 EXCITATION = "dehyst design: "
 BAND = "dehyst band: "
 FAMILIES = "dehyst compare: "
 LOOPS = "dehyst loops: "
+COUPLED = "dehyst coupled: "
 SENSOR = "dehyst sensor: "
 MUSCLE = '"format": "dehyst-muscle"'
 MUSCLES = "dehyst muscle: "
@@ -35,13 +36,14 @@ OTHERS = {
     BAND: "no picture of an unknown memory",
     FAMILIES: "no picture of dehyst compare",
     LOOPS: "no picture of dehyst loops",
+    COUPLED: "no picture of dehyst coupled",
     SENSOR: "no picture of dehyst sensor",
     MUSCLE: "no muscle of dehyst",
     MUSCLES: "no picture of dehyst muscle",
     RIGS: "no picture of dehyst rig",
     REPRODUCTION: "no result of dehyst reproduce",
 }
-PICTURES = (EXCITATION, FAMILIES, LOOPS, SENSOR, MUSCLES, RIGS)
+PICTURES = (EXCITATION, FAMILIES, LOOPS, COUPLED, SENSOR, MUSCLES, RIGS)
 MARKED = 2000  # characters at the beginning of a file, in which the mark stands
 
 
@@ -62,7 +64,9 @@ def refuse_existing(
         return
     # A mark at the begin of a file is enough: a large page need not be read for it.
     existing = beginning(path, MARKED)
-    if own is not None and (own in existing or (own == MODEL and FAMILY_MODEL in existing)):
+    if own is not None and (
+        own in existing or (own == MODEL and any(mark in existing for mark in OTHER_MODELS))
+    ):
         return
     # A file that would stay as it is loses nothing, so that a command can be repeated.
     if content is not None and beginning(path, len(content.encode()) + 1) == content:

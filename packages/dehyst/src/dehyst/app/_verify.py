@@ -86,21 +86,20 @@ def _doubt(verification: export_kit.Verification) -> str:
 
 def _signed(verification: export_kit.Verification) -> str:
     """Return the summary that is written into a folder that holds what it claims."""
-    checks, unit = verification.checks, verification.subject
-    assert unit is not None  # it is good
+    checks, manifest = verification.checks, verification.manifest
     passed = _counts(checks)["passed"]
     lines = [
         SIGNED,
         "",
         f"date            {datetime.now(UTC).isoformat(timespec='seconds')}",
-        f"dehyst          {__version__}; exported on {verification.manifest['date']}",
+        f"dehyst          {__version__}; exported on {manifest['date']}",
         f"machine         {platform.system()} {platform.machine()}",
     ]
     for name, version in compilers.found().items():
         lines.append(f"compiler        {name}: {version}")
     lines += [
-        f"unit            {unit.title}",
-        f"model           sha256 {unit.checksum}",
+        f"unit            {manifest['title']}",
+        f"model           sha256 {manifest['model_sha256']}",
         f"{export_kit.MANIFEST}   sha256 {verification.digest}",
         f"checks          {passed} passed, {len(checks) - passed} skipped, 0 failed",
         "",

@@ -158,6 +158,41 @@ class IdentifyRequest(LogsRequest):
 
 
 @dataclass(frozen=True, eq=False)
+class CoupledRequest:
+    """Identify several inputs that act on one or two outputs, such as the axes of a stage."""
+
+    logs: tuple[Path, ...] = argument("One log or several of one rig.", metavar="log")
+    inputs: tuple[str, ...] = option(
+        "Column of an input; repeat for each, two or more.", (), flag="--input"
+    )
+    outputs: tuple[str, ...] = option(
+        "Column of an output; repeat for a second.", (), flag="--output"
+    )
+    time: str | None = option()
+    time_unit: str | None = option()
+    dt: float | None = option()
+    sheet: str | None = option()
+    run: str | None = option()
+    start: float | None = option()
+    stop: float | None = option()
+    train_fraction: float | None = option()
+    save: Path | None = option(
+        "Write the model to this file, for `dehyst simulate`, `compensate` and `export`."
+    )
+    export: Path | None = option(
+        "Write C of the inverse into this folder, for `dehyst verify`.", metavar="DIR"
+    )
+    name: str = option("C identifier of the export.", "pair")
+    real: str = option("double or float, of the export.", "double")
+    period: float | None = option(
+        "Between two samples of the export; that of the log without it [s]."
+    )
+    figure: Path | None = option()
+    overwrite: bool = option(default=False)
+    json: bool = option(default=False)
+
+
+@dataclass(frozen=True, eq=False)
 class SimulateRequest:
     """Print a model's output for a logged input, as CSV."""
 

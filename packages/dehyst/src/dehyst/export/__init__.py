@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from dehyst.export._numbers import ModelNumbers as ModelNumbers
     from dehyst.export._numbers import OffsetUnit as OffsetUnit
     from dehyst.export._numbers import UnitNumbers as UnitNumbers
+    from dehyst.export._pair import write_pair as write_pair
     from dehyst.export._signal import Signal as Signal
     from dehyst.export._signal import SignalPart as SignalPart
     from dehyst.export._signal import Whole as Whole
@@ -32,6 +33,7 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_controller": "ControllerInterface Quantity",
         "_folder": "Written export read_manifest",
         "_numbers": "DirectNumbers ElementNumbers JointNumbers ModelNumbers OffsetUnit UnitNumbers",
+        "_pair": "write_pair",
         "_signal": "Signal SignalPart Whole",
         "_subject": "Subject subject_of",
         "_targets": "Check TARGETS",

@@ -24,6 +24,7 @@ from dehyst.shell import visible
 WHATS = ("inverse", "forward")  # as typed; packages add kinds of controllers
 DIRECT = "direct-inverse"  # what a direct inverse alone is exported as
 REALS = ("double", "float")
+SAME_WORDS = {"double": "bits", "float": "answers"}  # that a unit gives again
 RAMP = 500  # samples over which a switching fades, unless said otherwise
 TUNING = (
     "dehyst_accept",

@@ -33,10 +33,13 @@ from dehyst.export._folder import (
 )
 from dehyst.export._kinds import GROUP as CONTROLLER_GROUP
 from dehyst.export._kinds import controller_kind
+from dehyst.export._pair import PAIR, pair_contents, settings_of
 from dehyst.export._signal import from_csv, same_bits
 from dehyst.export._subject import DIRECT, WHATS, Subject, subject_of
 from dehyst.export._targets import GROUP as TARGET_GROUP
 from dehyst.export._targets import Check, target
+from dehyst.export.compilers import check_folder
+from dehyst.families import kit as families_kit
 from dehyst.models import kit as models_kit
 from dehyst.plugins import EXPORTS, added
 from dehyst.version import __version__
@@ -121,10 +124,14 @@ def verify_folder(folder: Path) -> Verification:
         if _all_hold(checks):
             return verified(None, install)
         return verified(None, WRONG)
+    subject: Subject | None = None
     try:
-        subject = subject_again(folder, manifest, content)
-        checks += expectation_checks(content, subject)
-        fresh = contents(subject, str(manifest.get("target")))
+        if manifest["settings"].get("what") == PAIR:
+            fresh = pair_again(folder, manifest, content)
+        else:
+            subject = subject_again(folder, manifest, content)
+            checks += expectation_checks(content, subject)
+            fresh = contents(subject, str(manifest.get("target")))
     except DehystError as fault:
         checks.append(Check("the model can be read, and its unit made again", "failed", str(fault)))
         return verified(None, WRONG)
@@ -138,7 +145,10 @@ def verify_folder(folder: Path) -> Verification:
             path = Path(place) / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(data)
-        runs = target(str(manifest["target"])).load().verify(Path(place), subject)
+        if subject is None:
+            runs = check_folder(Path(place))
+        else:
+            runs = target(str(manifest["target"])).load().verify(Path(place), subject)
     checks += runs
     # A file that was exchanged while the checks ran must not be signed off.
     if (read_bytes(folder), read_content(folder, manifest)) != (written, content):
@@ -297,6 +307,25 @@ def _some(names: Sequence[str]) -> str:
     if len(names) > 5:
         words += " and more"
     return words
+
+
+def pair_again(
+    folder: Path, manifest: Mapping[str, Any], content: Mapping[str, bytes]
+) -> dict[str, bytes]:
+    """Make the files of an export of two inputs and two outputs anew from the model in its `content`.
+
+    Raises
+    ------
+    DehystError
+        If the folder's files do not allow it.
+    """
+    try:
+        model = models_kit.model_from_text(_text(content, "model.json"), str(folder / "model.json"))
+        if not isinstance(model, families_kit.CoupledModel):
+            raise OutputError(f"model.json holds a {model.family} model and no two inputs.")
+        return pair_contents(model, settings_of(manifest["settings"]))
+    except (KeyError, TypeError, ValueError) as fault:
+        raise OutputError(f"its settings are none of such an export ({fault!s:.120}).") from None
 
 
 def subject_again(

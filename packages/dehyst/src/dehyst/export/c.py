@@ -12,7 +12,7 @@ from dehyst.export import core_files
 from dehyst.export._budget import budget
 from dehyst.export._extra import extra_files
 from dehyst.export._rendering import comment, render
-from dehyst.export._subject import Subject
+from dehyst.export._subject import SAME_WORDS, Subject
 from dehyst.export._targets import Check, Writer
 from dehyst.export.compilers import check_folder
 from dehyst.findings import Grade, grade_in
@@ -24,7 +24,6 @@ JOINT_WORDS = {
     "float": "valves to 2e-2, the rest to 1e-4 and limits to a period",
 }
 WORDS = {"double": "bits of the model", "float": "the model to 1e-5"}
-SAME = {"double": "bits", "float": "answers"}
 
 
 def _files(subject: Subject) -> dict[str, str | bytes]:
@@ -122,7 +121,7 @@ def template_values(subject: Subject, with_tuning: bool = False) -> dict[str, An
         "excerpt": subject.excerpt,
         "excerpt_source": subject.excerpt_source,
         "words": WORDS[subject.real],
-        "same": SAME[subject.real],
+        "same": SAME_WORDS[subject.real],
         "budget": budget(subject),
         "subject": subject,
     }

@@ -7,6 +7,11 @@ if TYPE_CHECKING:
     from dehyst.families._butterfly import Butterfly as Butterfly
     from dehyst.families._butterfly import butterfly_in as butterfly_in
     from dehyst.families._choice import Terms as Terms
+    from dehyst.families._coupled import CoupledModel as CoupledModel
+    from dehyst.families._coupled import Pair as Pair
+    from dehyst.families._coupled_fit import CoupledTraining as CoupledTraining
+    from dehyst.families._coupled_fit import FittedCoupled as FittedCoupled
+    from dehyst.families._coupled_fit import fit_coupled as fit_coupled
     from dehyst.families._elements import KINDS as KINDS
     from dehyst.families._elements import LAGS as LAGS
     from dehyst.families._elements import SOURCES as SOURCES
@@ -27,6 +32,8 @@ __getattr__, __dir__, __all__ = lazy_names(
     {
         "_butterfly": "Butterfly butterfly_in",
         "_choice": "Terms",
+        "_coupled": "CoupledModel Pair",
+        "_coupled_fit": "CoupledTraining FittedCoupled fit_coupled",
         "_elements": "ElementModel KINDS LAGS SOURCES",
         "_lateness": "ChosenRow",
         "_linear_form": "NEXT_TO_NOTHING LinearForm",

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from dehyst.identification._comparison import ComparedFamily as ComparedFamily
     from dehyst.identification._comparison import Comparison as Comparison
     from dehyst.identification._comparison import compare as compare
+    from dehyst.identification._coupled import CoupledFit as CoupledFit
     from dehyst.identification._cross_validation import CrossValidation as CrossValidation
     from dehyst.identification._cross_validation import cross_validate as cross_validate
     from dehyst.identification._fit import ComparedSetting as ComparedSetting
@@ -38,6 +39,7 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_candidates": "all_names",
         "_cautions": "hidden_by of_range",
         "_comparison": "ComparedFamily Comparison compare",
+        "_coupled": "CoupledFit",
         "_cross_validation": "CrossValidation cross_validate",
         "_fit": "ComparedSetting Fit InputError Refit Score",
         "_intervals": "Interval",

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields, replace
 from functools import partial
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -29,6 +29,7 @@ from dehyst.identification._candidates.literature import Literature, loop_outcom
 from dehyst.identification._candidates.plays import plays_of
 from dehyst.identification._cautions import late as lateness_finding
 from dehyst.identification._cautions import plays_only
+from dehyst.identification._coupled import CoupledFit, identify_coupled
 from dehyst.identification._families import FAMILIES, STATIC
 from dehyst.identification._fit import WITHOUT_SIGNALS, ComparedSetting, Fit
 from dehyst.identification._judge import judge
@@ -57,10 +58,34 @@ LEAST_SIZE = 3  # numbers: an offset, a slope, and one play
 PERCENT = 50.0  # of the range, for an error scaled to -1..1
 
 
+@overload
 def identify(
     recordings: Recording | Sequence[Recording],
     family: str = "auto",
     *,
+    input: None = None,
+    output: None = None,
+    **settings: Any,
+) -> Fit: ...
+
+
+@overload
+def identify(
+    recordings: Recording | Sequence[Recording],
+    family: str = "auto",
+    *,
+    input: Sequence[str],
+    output: Sequence[str],
+    **settings: Any,
+) -> CoupledFit: ...
+
+
+def identify(
+    recordings: Recording | Sequence[Recording],
+    family: str = "auto",
+    *,
+    input: Sequence[str] | None = None,
+    output: Sequence[str] | None = None,
     purpose: str = "compensate",
     train_fraction: float | None = None,
     seed: int = 0,
@@ -68,7 +93,7 @@ def identify(
     ahead: float | None = None,
     resonance: Resonance | tuple[float, float] | str | None = "auto",
     **settings: Any,
-) -> Fit:
+) -> Fit | CoupledFit:
     r"""Identify a model from one recording or several: by default the best there is for this log.
 
     Parameters
@@ -82,6 +107,11 @@ def identify(
         (with an output map, for loops that saturate or are asymmetric), "stop" (for clockwise loops). "static", a curve
         without memory. "direct-inverse", the compensator itself. Any of `dehyst.families.names()`: rows of elements and
         families of the literature.
+    input, output
+        Names of several inputs, and of one or two outputs, that act on each other, such as the axes of a stage or the
+        muscles of a joint: signals of the recordings, `Recording.schedules` among them. Each output is then a sum over
+        all inputs, and what is returned a `CoupledFit`; of all other settings only `train_fraction` counts. None, the
+        default: one of each.
     purpose
         "compensate": the inverse shall not amplify noise where that costs next to nothing. "simulate": the smallest
         error of the output alone.
@@ -139,7 +169,8 @@ def identify(
     Returns
     -------
     fit : Fit
-        Model, scores, certificate, findings, and the table of what it was compared with.
+        Model, scores, certificate, findings, and the table of what it was compared with. `CoupledFit` of several
+        inputs.
 
     Raises
     ------
@@ -176,6 +207,14 @@ def identify(
     """
     # Before the family: identify(u, y) makes an array of it.
     recordings = tuple(map(counted_once, require_recordings(recordings)))
+    if input is not None or output is not None:
+        usual = family == "auto" and purpose == "compensate" and size is None and ahead is None
+        if not usual or resonance != "auto" or settings:
+            raise ParameterError(
+                "input and output name several signals, whose sums have no family, purpose, size, dead time, resonance "
+                "or other settings to choose. Leave these out, or leave input and output out."
+            )
+        return identify_coupled(recordings, input or (), output or (), train_fraction)
     if purpose not in PURPOSES:
         raise ParameterError(
             f"purpose (--for) = {purpose!r:.40}; it is one of {', '.join(PURPOSES)}.",

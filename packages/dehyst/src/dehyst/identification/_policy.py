@@ -52,6 +52,8 @@ class Policy:
     drift_size: float = 0.02
     # ... and, of drift, so many standard errors. [standard errors]
     drift_certainty: float = 3.0
+    # Of several inputs each must move by this share of itself while the others do not explain it. [share]
+    inputs_apart: float = 0.05
     # Held-out input that leaves the fitted range by this share is a test of extrapolation.
     beyond: float = 0.02
     # Recordings fitted together whose mean residuals differ by more than this share of the output's range do differ.

@@ -26,6 +26,7 @@ OWN = "dehyst-model"
 READERS = {
     OWN: ("dehyst.models._parameters", "model_of"),
     "dehyst-family": ("dehyst.families._files", "family_model"),
+    "dehyst-coupled": ("dehyst.families._coupled", "coupled_model"),
 }
 # A model with 10 000 operators and its state takes 1 MB; nothing honest is larger than this, and the worst
 # hostile file of this size is refused within a second.

@@ -139,7 +139,8 @@ def _identified(model: Parted, logs: Sequence[Log], share: float) -> Fit:
     limit = settings.get("max_inverse_gain")
     if limit is not None:
         bound = {"max_inverse_gain": limit}  # which sets eps
-    return identify(records, family, n=n, train_fraction=share, shear=model.shear, **bound)
+    fit: Fit = identify(records, family, n=n, train_fraction=share, shear=model.shear, **bound)
+    return fit
 
 
 def _pairs(renewed: JudgedModel, logs: Sequence[Log]) -> list[tuple[float, float]]:
