@@ -1,8 +1,12 @@
 """Actuators that are no model of dehyst, for examples/several_actuators.py: sums of relays, and how to log them."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 import dehyst
+
+Rig = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 PERIOD, NOISE = 0.01, 2e-4  # [s]; of the sensors
 
@@ -24,10 +28,16 @@ class Relays:
         return answer
 
 
-def stage(u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def stage(u: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Two axes: each moves the other by a tenth."""
     x = Relays(3, 0.2).play(u) + 0.1 * Relays(5, 0.1).play(v)
-    return x, Relays(4, 0.2).play(v) + 0.1 * Relays(6, 0.1).play(u)
+    return np.array([x, Relays(4, 0.2).play(v) + 0.1 * Relays(6, 0.1).play(u)])
+
+
+def muscles(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Two muscles of one joint: the difference of their forces turns it, their sum makes it stiff."""
+    first, second = Relays(3, 0.2).play(u), Relays(4, 0.15).play(v)
+    return np.array([0.6 * (first - second), 0.4 * (first + second)])
 
 
 def swings(sizes: list[float]) -> np.ndarray:
@@ -35,6 +45,17 @@ def swings(sizes: list[float]) -> np.ndarray:
     ramp = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, 201) / 200)
     parts = [a + (b - a) * ramp for a, b in zip([0.0, *sizes[:-1]], sizes, strict=True)]
     return np.concatenate([*parts, np.full(100, sizes[-1])])
+
+
+TRAINING = swings([1.0, -1.0, 1.0, -0.6, 0.7, -0.3, 0.4, -0.1, 0.9, -0.9, 0.2, -0.5, 1.0, -1.0, 0.5, 0.0])
+SECOND = swings([0.3, 0.8, -0.9, -0.2, -1.0, 1.0, 0.1, 0.6, -0.4, 1.0, -1.0, 0.5, -0.7, 0.2, -0.1, 0.0])
+REFERENCE = swings([0.55, -0.5, 0.35, -0.2, 0.3, -0.55, 0.1, 0.4, 0.0])
+
+
+def logged(rig: Rig) -> dict[str, np.ndarray]:
+    """Return the log of a rig while both inputs move."""
+    x, y = rig(TRAINING, SECOND) + NOISE * np.random.default_rng(0).standard_normal((2, TRAINING.size))
+    return {"time_s": PERIOD * np.arange(x.size), "u_V": TRAINING, "v_V": SECOND, "x_mm": x, "y_mm": y}
 
 
 def identified(drive: np.ndarray, answer: np.ndarray) -> dehyst.Model:
@@ -46,12 +67,6 @@ def identified(drive: np.ndarray, answer: np.ndarray) -> dehyst.Model:
 def asked(model: dehyst.Model, wanted: np.ndarray) -> np.ndarray:
     """Return what the model's inverse asks for, from rest."""
     return model.inverse().at_rest(float(wanted[0])).simulate(wanted, PERIOD * np.arange(wanted.size))
-
-
-def moved(model: dehyst.Model, drive: np.ndarray) -> np.ndarray:
-    """Return by how much a drive moves what it acts on, from rest."""
-    answer = model.at_rest(float(drive[0])).simulate(drive, PERIOD * np.arange(drive.size))
-    return answer - answer[0]
 
 
 def error(wanted: np.ndarray, got: np.ndarray) -> str:

@@ -1,15 +1,20 @@
-"""Two actuators in series, and two that move each other: what to log, and in which order to invert.
+"""Two actuators in series, and two that move each other: what to log, and how to invert.
 
     python examples/several_actuators.py
 
 Each error is that of a reference that was never logged, rms in percent of its range.
 """
 
-import numpy as np
-from relay_rig import PERIOD, Relays, asked, error, identified, moved, stage, swings
+from collections.abc import Callable
 
-TRAINING = swings([1.0, -1.0, 1.0, -0.6, 0.7, -0.3, 0.4, -0.1, 0.9, -0.9, 0.2, -0.5, 1.0, -1.0, 0.5, 0.0])
-REFERENCE = swings([0.55, -0.5, 0.35, -0.2, 0.3, -0.55, 0.1, 0.4, 0.0])
+import numpy as np
+from relay_rig import PERIOD, REFERENCE, TRAINING, Relays, asked, error, identified, logged, muscles, stage
+
+import dehyst
+
+Rig = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+STILL = np.zeros(TRAINING.size)
 
 
 def in_series() -> None:
@@ -29,26 +34,31 @@ def in_series() -> None:
 
 
 def coupled() -> None:
-    """One axis is logged while the other stands still, with both outputs: four loops from two runs."""
-    still = np.zeros(TRAINING.size)
-    x_from_u, y_from_u = (identified(TRAINING, answer) for answer in stage(TRAINING, still))
-    x_from_v, y_from_v = (identified(TRAINING, answer) for answer in stage(still, TRAINING))
+    """Two axes that move each other, and two muscles that make an angle and a stiffness: one log, both inputs move."""
     x, y = REFERENCE, -0.8 * REFERENCE[::-1]
+    alone = identified(TRAINING, stage(TRAINING, STILL)[0]), identified(TRAINING, stage(STILL, TRAINING)[1])
     print("coupled: two axes, each moves the other by a tenth")
-    u, v = asked(x_from_u, x), asked(y_from_v, y)
-    alone = stage(u, v)
-    for _ in range(3):  # what the other axis does is taken off the wanted motion; three rounds are enough
-        u, v = asked(x_from_u, x - moved(x_from_v, v)), asked(y_from_v, y - moved(y_from_u, u))
-    rounds = stage(u, v)
-    models = x_from_u.inverse(), y_from_v.inverse(), x_from_v, y_from_u
-    ask_u, ask_v, x_of_v, y_of_u = (model.at_rest(0.0).stepper(PERIOD) for model in models)
-    at_rest = x_of_v(0.0), y_of_u(0.0)
-    for k in range(x.size):  # sample by sample: u takes off what v did in the sample before
-        u[k] = ask_u(x[k] - x_of_v(v[k - 1] if k else 0.0) + at_rest[0])
-        v[k] = ask_v(y[k] - y_of_u(u[k]) + at_rest[1])
-    names = ("each axis by itself", "what the other one does taken off", "the same, sample by sample")
-    for name, (got_x, got_y) in zip(names, (alone, rounds, stage(u, v)), strict=True):
-        print(f"  {name:38}", error(x, got_x), error(y, got_y))
+    show("each axis by itself", (x, y), stage(asked(alone[0], x), asked(alone[1], y)))
+    show("both together", (x, y), stage(*inputs_for(stage, x, y)))
+    print("coupled: pressures of two muscles -> angle and stiffness of a joint")
+    angle, stiffness = REFERENCE, 0.1 + 0.4 * REFERENCE[::-1]
+    show("both together", (angle, stiffness), muscles(*inputs_for(muscles, angle, stiffness)))
+
+
+def inputs_for(rig: Rig, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Identify a rig, and return the inputs that two wanted outputs need."""
+    _, u, v, x, y = logged(rig).values()
+    log = dehyst.Recording(
+        u, x, PERIOD * np.arange(u.size), input_name="u", output_name="x", schedules={"v": v, "y": y}
+    )
+    model = dehyst.identify(log, input=["u", "v"], output=["x", "y"]).model
+    time = PERIOD * np.arange(first.size)
+    return model.inverse().simulate(np.column_stack([first, second]), time).T
+
+
+def show(name: str, wanted: tuple[np.ndarray, np.ndarray], got: np.ndarray) -> None:
+    """Print both errors."""
+    print(f"  {name:38}", error(wanted[0], got[0]), error(wanted[1], got[1]))
 
 
 if __name__ == "__main__":

@@ -183,6 +183,19 @@ def element_block_step(quick: bool) -> tuple[str, str, str]:
     )
 
 
+def pair_step(quick: bool) -> tuple[str, str, str]:
+    """Two inputs and two outputs with all kinds of elements on every path, evaluated and solved."""
+    kinds = PRECISIONS[: 1 if quick else 2]
+    runs = [(f"SOLVES={solves}", *defines) for solves in (0, 1) for defines in kinds]
+    files = (*ELEMENTS, "pair.c")
+    assertions = sum(analysed("pair.c", inverse(2), files, 1, defines) for defines in runs)
+    return (
+        _tool(),
+        f"two inputs and two outputs with every kind of element, {len(runs)} runs",
+        f"0 alarms, {assertions} bounds proved: inputs within their limits, in a bounded number of rounds",
+    )
+
+
 def offset_step(quick: bool) -> tuple[str, str, str]:
     """An offset that follows the last cycle: any state leads to such a state."""
     files = ("offset.c", "image.c", "block.c", "model.c", "pi.c", "map.c")
@@ -273,6 +286,11 @@ PROOFS = (
         "eva-element-block",
         "a block of elements, for every input and state: no undefined behaviour, output within its range",
         element_block_step,
+    ),
+    Proof(
+        "eva-pair",
+        "two inputs that act on two outputs, for every input: no undefined behaviour, inputs within their limits",
+        pair_step,
     ),
     Proof(
         "eva-offset",

@@ -22,6 +22,7 @@ FUZZERS: dict[str, tuple[Block, int, int]] = {
     "direct": (inverse(4), 1_500_000, 250),
     "elements": (inverse(1), 1_500_000, 300),
     "element_block": (inverse(1), 1_500_000, 300),
+    "pair": (inverse(1), 1_500_000, 300),
 }
 MINUS, ZERO, HALF, ONE = 60, 124, 156, 188  # bytes of the reals -1, 0, 0.5 and 1
 DONE = re.compile(r"Done (\d+) runs")
@@ -115,6 +116,12 @@ def plain_element_block(kind: int) -> bytes:
     )
 
 
+def plain_pair(kind: int) -> bytes:
+    """Return an input from which the fuzzer of pairs builds the input beside one of a kind on each path."""
+    scales = [ZERO, ONE, ZERO, ONE, ZERO]
+    return bytes([*sum_of(0), *sum_of(kind), *scales * 2, *[HALF, ZERO, MINUS, ONE, 0, HALF] * 4])
+
+
 def sum_of(kind: int) -> list[int]:
     """Return the bytes of a sum of the input and an element of a kind."""
     maps, range_, schedules = [0, 0, ZERO], [MINUS, ONE], [0, *[0, ZERO, ONE] * 3]
@@ -122,6 +129,7 @@ def sum_of(kind: int) -> list[int]:
 
 
 PLAIN = {
+    "pair": (plain_pair, 8),
     "load": (plain_block, 6),
     "elements": (plain_sum, 8),
     "element_block": (plain_element_block, 8),

@@ -126,6 +126,7 @@ def test_a_file_is_the_old_or_the_new_one_wherever_its_writing_ends(faults, tmp_
 WRITING = {
     "example": ("--out", "made.csv"),
     "identify": ("--save", "made.json"),
+    "coupled": ("--save", "made.json"),
     "compare": ("--save", "made.json"),
     "simulate": ("--out", "made.csv"),
     "compensate": ("--out", "made.csv"),

@@ -16,7 +16,7 @@ from dehyst.files import write_atomically
 from dehyst.io import example_recording, write_csv
 from dehyst_robot.experiments import PlantResult, Reproduction, run_sweep
 from dehyst_robot.experiments._results import TRIALS
-from simulated_loops import core_loop, open_circuit, valve_loop
+from simulated_loops import core_loop, open_circuit, stage_log, valve_loop
 
 X, Y = "pressure_difference_bar", "angle_deg"
 PAIR = ("--input", X, "--output", Y)
@@ -30,6 +30,18 @@ COMMANDS = {
     "sensor": ("sensor", "log.csv", "--reading", X, "--quantity", Y),
     "identify": ("identify", "log.csv", *PAIR, *QUICK),
     "compare": ("compare", "log.csv", *PAIR, "--families", "pi"),
+    "coupled": (
+        "coupled",
+        "stage.csv",
+        "--input",
+        "a",
+        "--input",
+        "b",
+        "--output",
+        "x",
+        "--output",
+        "y",
+    ),
     "simulate": ("simulate", "model.json", "log.csv", "--input", X),
     "compensate": ("compensate", "model.json", "log.csv", "--output", Y),
     "drift": ("drift", "model.json", "log.csv"),
@@ -78,6 +90,7 @@ def make_folder(place):
     write_csv(place / "loop.csv", valve_loop(samples=1000))
     write_csv(place / "core.csv", core_loop())
     write_csv(place / "ocv.csv", open_circuit())
+    write_csv(place / "stage.csv", stage_log(samples=600))
     return place
 
 

@@ -525,6 +525,95 @@ static void element_blocks(void)
     }
 }
 
+/* Two inputs and two outputs: what one way gives the other takes back; limits, samples that are no number, refusals. */
+static dehyst_pair pair;
+static double pair_z[2][4][2];
+
+static void whole_pair(double across, double back)
+{
+    static dehyst_element own[2], other[2], third[2];
+    const dehyst_map none = {0, NULL, NULL};
+    const dehyst_element input = {DEHYST_INPUT, 0, 0, 0, 1, none}, play = {DEHYST_PLAY, 0, 0.25, 0, 0.5, none};
+    dehyst_elements sum_of_two = {2, own, none, none, 0.125, -1, 1, 0, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+    const dehyst_pair whole = {{{sum_of_two, sum_of_two}, {sum_of_two, sum_of_two}}, {1, 0}, {2, -1}, {0, 1}, {1, -2},
+                               {0.25, 0}, 0};
+    own[0] = other[0] = third[0] = input, own[1] = other[1] = third[1] = play;
+    other[0].weight = across, other[1].weight = 0.5 * across, third[0].weight = back, third[1].weight = 0.5 * back;
+    pair = whole;
+    pair.path[0][1].element = other, pair.path[1][0].element = third;
+}
+
+static void begin_pair(dehyst_pair_state *state, int which, int32_t solves)
+{
+    for (int p = 0; p < 4; ++p) {
+        state->path[p / 2][p % 2].z = pair_z[which][p];
+    }
+    pair.solves = solves;
+    dehyst_pair_reset(&pair, state);
+}
+
+#define NO_PAIR(wrong_number) \
+    (whole_pair(0.1, 0.1), CLAIM(dehyst_pair_check(&pair) == DEHYST_IMAGE_GOOD), (void)(wrong_number), \
+     CLAIM(dehyst_pair_check(&pair) == DEHYST_IMAGE_INVALID))
+
+static void pairs(void)
+{
+    static const double shares[5][2] = {{0.1, 0.1}, {-0.9, 0.8}, {0.9, -0.8}, {0, 0.5}, {-0.2, -0.2}};
+    static const double points[2] = {-1, 1};
+    static const dehyst_map map = {2, points, points};
+    for (int k = 0; k < 5; ++k) {
+        dehyst_pair_state forward, inverse;
+        double worst = 0;
+        whole_pair(shares[k][0], shares[k][1]);
+        CLAIM(dehyst_pair_check(&pair) == DEHYST_IMAGE_GOOD);
+        begin_pair(&inverse, 1, 1);
+        CLAIM(inverse.answer[0] == 1.5 && inverse.answer[1] == 0); /* the inputs at rest */
+        begin_pair(&forward, 0, 0);
+        for (int i = 0; i < 400; ++i) {
+            const double u[2] = {1 + 1.9 * sin(0.1 * i) * cos(0.017 * i), 0.9 * sin(0.13 * i + 1)};
+            double y[2], found[2];
+            pair.solves = 0;
+            dehyst_pair_step(&pair, &forward, u, y);
+            pair.solves = 1;
+            dehyst_pair_step(&pair, &inverse, y, found);
+            worst = fmax(worst, fmax(fabs(found[0] - u[0]), fabs(found[1] - u[1])));
+            CLAIM(inverse.rounds <= 12 + DEHYST_HALVINGS && !(inverse.flags & DEHYST_LIMITED));
+        }
+        CLAIM(worst < 1e-12);
+        const double last[2] = {inverse.answer[0], inverse.answer[1]}, bad[2] = {0, NAN}, far[2] = {90, -90}, low[2] = {-90, 90};
+        double held[2];
+        dehyst_pair_step(&pair, &inverse, bad, held);
+        CLAIM(held[0] == last[0] && held[1] == last[1] && (inverse.flags & DEHYST_REJECTED));
+        dehyst_pair_step(&pair, &inverse, (const double[2]){NAN, 0}, held);
+        CLAIM(held[0] == last[0] && held[1] == last[1] && (inverse.flags & DEHYST_REJECTED));
+        dehyst_pair_step(&pair, &inverse, far, held);
+        CLAIM(fabs(held[0] - 1) <= 2 && fabs(held[1]) <= 1 && (inverse.flags & DEHYST_LIMITED));
+        dehyst_pair_step(&pair, &inverse, low, held);
+        CLAIM(fabs(held[0] - 1) <= 2 && fabs(held[1]) <= 1 && (inverse.flags & DEHYST_LIMITED));
+        pair.solves = 0;
+        dehyst_pair_step(&pair, &forward, far, held);
+        CLAIM((forward.flags & DEHYST_LIMITED) && fabs(held[0]) < 9 && fabs(held[1]) < 9);
+        dehyst_pair_step(&pair, &forward, low, held);
+        CLAIM(forward.flags & DEHYST_LIMITED);
+    }
+    for (int k = 0; k < 2; ++k) {
+        NO_PAIR(pair.center[k] = NAN);
+        NO_PAIR(pair.half_range[k] = 0);
+        NO_PAIR(pair.half_range[k] = INFINITY);
+        NO_PAIR(pair.level[k] = NAN);
+        NO_PAIR(pair.amplitude[k] = 0);
+        NO_PAIR(pair.amplitude[k] = NAN);
+        NO_PAIR(pair.rest[k] = NAN);
+        for (int i = 0; i < 2; ++i) {
+            NO_PAIR(pair.path[k][i].n = 0);
+            NO_PAIR(pair.path[k][i].schedules = 1);
+            NO_PAIR((pair.path[k][i].schedules = 1, pair.path[k][i].schedule_high[0] = 1));
+            NO_PAIR(pair.path[k][i].before = map);
+            NO_PAIR(pair.path[k][i].after = map);
+        }
+    }
+}
+
 int main(void)
 {
     maps_and_models();
@@ -539,6 +628,7 @@ int main(void)
     images_of_joints();
     sums_of_elements();
     element_blocks();
+    pairs();
     printf("%d claims do not hold\n", wrong);
     return wrong > 0;
 }

@@ -48,7 +48,7 @@ void dehyst_pair_solve(const dehyst_pair *pair, dehyst_pair_state *state, const 
         step = beyond ? left : step;
         step = round >= NEWTON || (beyond && known[up]) ? (dehyst_real)0.5 * left : step;
         open = (miss < 0 || miss > 0) && (step > near || step < -near);
-        x[0] += open ? step : (dehyst_real)0;
+        x[0] = dehyst_within(open ? x[0] + step : x[0], pair->path[0][0].low, pair->path[0][0].high);
         ++round;
     }
     state->rounds = round;

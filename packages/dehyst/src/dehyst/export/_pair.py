@@ -84,7 +84,7 @@ def write_pair(
     model: families_kit.CoupledModel,
     folder: str | os.PathLike[str],
     *,
-    name: str = "pair",
+    name: str = "stage",
     direction: str = "inverse",
     real: str = "double",
     period: float | None = None,

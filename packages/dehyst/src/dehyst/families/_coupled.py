@@ -32,10 +32,11 @@ import numpy.typing as npt
 import dehyst._native as _native
 from dehyst.arrays import Array
 from dehyst.errors import InvertibilityError, ParameterError
-from dehyst.families._base import Scaling
 from dehyst.families._elements import Element, ElementModel
+from dehyst.families._files import family_model
 from dehyst.families._inversion import FARTHEST
-from dehyst.families._rising import least_slope, most_slope
+from dehyst.families._registry import BEST
+from dehyst.families._rising import least_slope
 from dehyst.models import Model, ModelCard, SignalCard
 from dehyst.models import kit as models_kit
 
@@ -524,7 +525,10 @@ def coupled_model(name: Any, parameters: Any) -> CoupledModel:
     for row in parameters["paths"]:
         sums = []
         for path in row:
-            sums.append(ElementModel(**path["values"], scaling=Scaling(**path["scaling"])))
+            model = family_model(BEST, {**path, "start": "rest"})
+            if not isinstance(model, ElementModel):
+                raise ParameterError("a path between two signals is no sum of elements.")
+            sums.append(model)
         rows.append(tuple(sums))
     cards = []
     for role in ("inputs", "outputs"):
@@ -540,11 +544,11 @@ def _plain_card(card: SignalCard) -> dict[str, Any]:
 
 def _slopes(elements: Sequence[Element], period: float) -> tuple[float, float, float]:
     """Sign of a sum that rises or falls everywhere, and bounds of the size of its slope."""
-    falling = tuple(replace(q, weight=-q.weight) for q in elements)
-    up, down = most_slope(elements), most_slope(falling)
-    sign = 1.0 if up >= down else -1.0
-    monotone, largest = (elements, up) if sign > 0.0 else (falling, down)
-    return sign, least_slope(monotone, period=period), largest
+    negative = tuple(replace(q, weight=-q.weight) for q in elements)
+    least, most = least_slope(elements, period=period), -least_slope(negative, period=period)
+    if most >= -least:
+        return 1.0, least, most
+    return -1.0, -most, -least
 
 
 def _determinant(slopes: Slopes, own: tuple[int, int]) -> float:

@@ -50,11 +50,13 @@ RAMPS = 8
 TERMS = (
     ("play",),
     ("play", "stop"),
+    ("lag",),
     ("lag", "lead"),
     ("play", "creep"),
+    ("lag", "creep-by-place"),
     ("play", "stop", "creep", "relax", "rate"),
 )
-TIMELESS = TERMS[:3]
+TIMELESS = TERMS[:4]
 NOTHING = (Element("input", weight=0.0),)
 CURVES: tuple[str, ...] = ()
 FLOORS = (LEAST, 0.05, 0.1, 0.2, 0.3, 0.4)
@@ -306,16 +308,14 @@ def _terms(
     """Return the groups, the regularisation and the score that err least on what is left out."""
     scored = []
     for terms in TERMS if timed else TIMELESS:
-        scored.append((fit.score(fit.rows.of(terms, every), FIRST, own, LEAST), terms))
-    least = min(score for score, _ in scored)
+        columns = fit.rows.of(terms, every)
+        of_terms = []
+        for regularisation in (FIRST, *OTHERS):
+            of_terms.append((terms, regularisation, fit.score(columns, regularisation, own, LEAST)))
+        scored.append(min(of_terms, key=lambda one: one[2]))
+    least = min(score for *_, score in scored)
     # The first, smallest, one that is as good.
-    terms = next(terms for score, terms in scored if score <= POLICY.smaller_model * least)
-    columns = fit.rows.of(terms, every)
-    regularised = {}
-    for regularisation in (FIRST, *OTHERS):
-        regularised[regularisation] = fit.score(columns, regularisation, own, LEAST)
-    best = min(regularised, key=lambda one: regularised[one])
-    return terms, best, regularised[best]
+    return next(one for one in scored if one[2] <= POLICY.smaller_model * least)
 
 
 def _sums(
