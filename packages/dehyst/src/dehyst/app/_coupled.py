@@ -1,22 +1,16 @@
-"""dehyst coupled: several inputs on one or two outputs; and what simulate and compensate do with such a model."""
+"""dehyst coupled: several inputs on one or two outputs, identified from logs."""
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Mapping
-from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
-from dehyst.app._logs import log_part, outside
+from dehyst.app._logs import log_part
 from dehyst.app._targets import (
     COUPLED,
     MODEL,
-    place_of,
     refuse_clashes,
-    refuse_existing,
     save_model_file,
 )
 from dehyst.app._terminal import (
@@ -25,27 +19,16 @@ from dehyst.app._terminal import (
     print_findings,
     print_json,
     table,
-    tell,
     terminal,
 )
-from dehyst.app.requests import CompensateRequest, CoupledRequest, SimulateRequest
-from dehyst.arrays import Array
+from dehyst.app.requests import CoupledRequest
 from dehyst.data import Recording
-from dehyst.errors import ColumnError, OutputError, ParameterError, TimeError
-from dehyst.families import kit as families_kit
-from dehyst.files import write_atomically
-from dehyst.findings import Finding
+from dehyst.errors import ColumnError
 from dehyst.identification import CoupledFit, identify
-from dehyst.io import format_csv, inspect_log, read_columns, read_log
-from dehyst.models import Model, SignalCard, load
-from dehyst.models import kit as models_kit
+from dehyst.io import inspect_log, read_log
 from dehyst.shell import command
 
 SHOWN = 4000  # samples of a picture
-# Of simulate and compensate, what a model of several inputs has.
-PLAYED = (
-    "model", "log", "time", "time_unit", "dt", "sheet", "run", "start", "stop", "out", "overwrite",
-)  # fmt: skip
 
 
 def run_coupled(request: CoupledRequest) -> None:
@@ -187,116 +170,3 @@ def _draw(path: Path, fit: CoupledFit, record: Recording) -> None:
     caption = f"{record.name}: the last {len(time[part])} samples."
     figure = PageFigure("coupled", "several inputs", caption, tuple(panels))
     report_kit.write_picture(figure, path, f"{COUPLED}{record.name}", headed=True)
-
-
-def play_coupled(request: SimulateRequest) -> bool:
-    """Write what a model of several inputs answers, or its inverse; False for a model of one input."""
-    model = load(request.model)
-    if not isinstance(model, families_kit.CoupledModel):
-        return False
-    backward = isinstance(request, CompensateRequest)
-    _refuse_options(request)
-    wanted = model.outputs if backward else model.inputs
-    columns = {card.name: card.name for card in wanted}
-    known = []
-    if backward and len(model.outputs) == 1:
-        # One output tells one input; the others must be known.
-        known = [card for i, card in enumerate(model.inputs) if i != model.own[0]]
-        columns |= {card.name: card.name for card in known}
-    with ask_progress("reading"):
-        log = read_columns(request.log, columns, run=request.run, **log_part(request))
-    if log.time is None and model.rate_dependent:
-        raise TimeError(
-            f"'{request.model}' creeps or depends on the rate, and '{request.log}' has no time column. Name it with "
-            f"--time, or type --dt SECONDS.",
-            log=str(request.log),
-        )
-    findings: list[Finding] = list(log.findings)
-    values = {}
-    for card in (*wanted, *known):
-        values[card.name], more = models_kit.in_units_of(
-            card, log.values[card.name], log.units[card.name], f"'{log.names[card.name]}'"
-        )
-        findings += more
-        findings += outside(values[card.name], card, card.name, "the model extrapolates there")
-    samples = np.column_stack([values[card.name] for card in wanted])
-    answers, tails = _answers(
-        model, samples, log.time, backward, {c.name: values[c.name] for c in known}
-    )
-    if backward:
-        for card, column in zip(tails, answers.T, strict=True):
-            findings += outside(
-                column, card, f"computed {card.name}", "the actuator may not be able to give it"
-            )
-    prefix = "compensated" if backward else "model"
-    columns_out: dict[str, npt.ArrayLike] = {}
-    if log.time is not None:
-        columns_out["time [s]"] = log.time
-    columns_out |= {card.label: values[card.name] for card in wanted}
-    for card, column in zip(tails, answers.T, strict=True):
-        columns_out[f"{prefix} {card.label}"] = column
-    text = format_csv(columns_out, request.out or "the table")
-    if request.out is None:
-        sys.stdout.write(text)
-    else:
-        refuse_existing(request.out, request.overwrite, content=text)
-        write_atomically(request.out, text)
-        tell(f"wrote {request.out}: {', '.join(columns_out)}")
-    rest = ", ".join(
-        f"{card.name} = {value:.4g}" for card, value in zip(model.inputs, model.rest, strict=True)
-    )
-    tell(f"start: at rest at {rest}, as the log of the model began")
-    print_findings(findings, stderr=True)
-    return True
-
-
-def refuse_coupled(models: Mapping[str, Model], verb: str) -> None:
-    """Refuse a command that takes models of one input."""
-    for path, model in models.items():
-        if isinstance(model, families_kit.CoupledModel):
-            names = ", ".join(card.name for card in model.inputs)
-            raise ParameterError(
-                f"'{path}' is a model of the inputs {names}, and dehyst {verb} takes models of one input. Its held-out "
-                f"errors are those that dehyst coupled prints; dehyst simulate and dehyst compensate play it.",
-                model=path,
-            )
-
-
-def _answers(
-    model: families_kit.CoupledModel,
-    samples: Array,
-    time: Array | None,
-    backward: bool,
-    known: dict[str, Array],
-) -> tuple[Array, tuple[SignalCard, ...]]:
-    """Return what the model, or its inverse, answers, and the signals of it."""
-    with ask_progress("inverting" if backward else "simulating"):
-        if not backward:
-            return model.simulate(samples, time), model.outputs
-        demand = model.inverse().simulate(samples, time, **known)
-    if len(model.outputs) == 1:
-        return demand[:, list(model.own)], (model.inputs[model.own[0]],)
-    return demand, model.inputs
-
-
-def _refuse_options(request: SimulateRequest) -> None:
-    """Refuse options that a model of several inputs does not have, and a file that would be lost."""
-    typed = []
-    for entry in fields(request):
-        if entry.name in PLAYED:
-            continue
-        if getattr(request, entry.name) != entry.default:
-            typed.append(entry.metadata.get("flag") or f"--{entry.name.replace('_', '-')}")
-    if typed:
-        raise ParameterError(
-            f"{' and '.join(typed)}: a model of several inputs begins at rest, where its log began, and finds its "
-            f"columns by their names. Leave it out.",
-            options=typed,
-        )
-    if request.out is not None and place_of(request.out) in {
-        place_of(request.log),
-        place_of(request.model),
-    }:
-        raise OutputError(
-            f"'{request.out}' is the log or the model itself; writing there would lose it. Name another file."
-        )

@@ -8,9 +8,9 @@ from contextlib import nullcontext
 from rich.table import Column, Table
 from rich.text import Text
 
-from dehyst.app._coupled import refuse_coupled
 from dehyst.app._ending import Status, concluding
 from dehyst.app._logs import Read, Shares, recordings_of, verdict_findings, with_schedules
+from dehyst.app._play_coupled import refuse_coupled
 from dehyst.app._terminal import (
     ask_progress,
     print_end,

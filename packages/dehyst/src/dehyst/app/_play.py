@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.app._coupled import play_coupled
 from dehyst.app._logs import (
     dead_time_findings,
     given_of,
@@ -19,6 +18,7 @@ from dehyst.app._logs import (
     seconds_ahead,
     verdict_findings,
 )
+from dehyst.app._play_coupled import play_coupled
 from dehyst.app._policy import POLICY
 from dehyst.app._targets import BAND, place_of, refuse_existing
 from dehyst.app._terminal import ask_progress, print_findings, tell

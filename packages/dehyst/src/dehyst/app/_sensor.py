@@ -8,9 +8,9 @@ from dataclasses import replace
 from rich.cells import cell_len
 from rich.table import Column
 
-from dehyst.app._coupled import refuse_coupled
 from dehyst.app._logs import files_of, read_logs, refuse_two_names, typed_clocks
 from dehyst.app._loops import findings_of
+from dehyst.app._play_coupled import refuse_coupled
 from dehyst.app._targets import PAGE, SENSOR, refuse_clashes
 from dehyst.app._terminal import (
     ask_progress,

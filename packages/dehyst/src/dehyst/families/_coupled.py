@@ -362,10 +362,14 @@ class Pair:
         Which input of the model is the first one of the core.
     """
 
+    sums: list[ElementModel]
+    numbers: Array
+    order: tuple[int, ...]
+
     def __init__(self, model: CoupledModel, solves: bool, low: Array, high: Array) -> None:
         self.order = model.own
         self.solves = solves
-        self.sums: list[ElementModel] = []
+        self.sums = []
         signs = []
         for j, row in enumerate(model.paths):
             # An own sum that falls becomes one that rises, with the output's amplitude of the other sign.

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from dehyst.identification._mending import mended as mended
     from dehyst.identification._policy import POLICY as POLICY
     from dehyst.identification._residual import Residual as Residual
-    from dehyst.identification._scores import Part as Part
-    from dehyst.identification._scores import score as score
     from dehyst.identification._threads import single_blas as single_blas
 
 __getattr__, __dir__, __all__ = lazy_names(
@@ -47,7 +45,6 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_mending": "ENDED mended",
         "_policy": "POLICY",
         "_residual": "Residual",
-        "_scores": "Part score",
         "_threads": "single_blas",
     },
 )

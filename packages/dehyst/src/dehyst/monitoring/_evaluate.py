@@ -22,15 +22,8 @@ from dehyst.data import (
 )
 from dehyst.errors import DehystError, ParameterError
 from dehyst.findings import Finding, Grade, grade_in
-from dehyst.identification import (
-    POLICY,
-    InputError,
-    Part,
-    Score,
-    known_from,
-    mended,
-    score,
-)
+from dehyst.identification import POLICY, InputError, Score, known_from, mended
+from dehyst.identification import kit as identification_kit
 from dehyst.models import Model, SignalCard
 from dehyst.models import kit as models_kit
 from dehyst.monitoring._logs import fitted_share, recording_in_units_of, unexplained
@@ -175,7 +168,7 @@ class _Log:
     """Recordings made ready, and which of their samples count."""
 
     records: tuple[Recording, ...]
-    part: Part = field(default_factory=lambda: Part((), ()))
+    part: identification_kit.Part = field(default_factory=lambda: identification_kit.Part((), ()))
     follow_offset: float | None = None
     start: str = models_kit.DEFAULT
 
@@ -275,7 +268,7 @@ def _named(models: Model | Sequence[Model] | Mapping[str, Model]) -> dict[str, M
 
 def _counting(
     records: tuple[Recording, ...], low: float, high: float, start: str, models: Sequence[Model]
-) -> tuple[Part, list[Finding]]:
+) -> tuple[identification_kit.Part, list[Finding]]:
     """Samples that count: those after both ends were visited, where that leaves half of the log, and not left out.
 
     Otherwise all of each first piece counts, and what a piece after a gap did before is no part of any score either.
@@ -302,7 +295,7 @@ def _counting(
             weight = np.ones(len(record))
             weight[list(record.left_out)] = 0.0
         weights.append(weight)
-    part = Part(tuple(map(tuple, known_spans)), tuple(weights))
+    part = identification_kit.Part(tuple(map(tuple, known_spans)), tuple(weights))
     if not assumed:
         return part, []
     return part, [_start_counts(low, high, start, _other_pasts(records, start, models))]
@@ -642,7 +635,7 @@ def _forward(entry: Scored, log: _Log, records: Sequence[Recording]) -> Scored:
         predicted.append(replace(logged, output=output))
     return replace(
         entry,
-        output=score(tuple(records), outputs, log.part, span),
+        output=identification_kit.score(tuple(records), outputs, log.part, span),
         output_bias=log.part.moments(outputs, measured).mean,
         predictions=outputs,
         error_percent=100.0 * _within(outputs, measured, log.part) / span,
@@ -702,7 +695,9 @@ def _backward(entry: Scored, log: _Log, records: Sequence[Recording]) -> Scored:
     )
 
 
-def _within(signals: Sequence[Array], measured: Sequence[Array], part: Part) -> float:
+def _within(
+    signals: Sequence[Array], measured: Sequence[Array], part: identification_kit.Part
+) -> float:
     """RMS of a difference without the mean of each recording: runs are offset against each other."""
     squares, count = 0.0, 0.0
     for index in range(len(measured)):
