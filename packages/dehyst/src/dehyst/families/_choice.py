@@ -28,7 +28,7 @@ from dehyst.data import kit as data_kit
 from dehyst.errors import DehystError, IdentificationError
 from dehyst.families._base import Scaling
 from dehyst.families._columns import GROUPS, RATE_LAGS, Columns, Pace, columns_of
-from dehyst.families._elements import Element, ElementModel
+from dehyst.families._elements import NO_MAP, Element, ElementModel, Pairs
 from dehyst.families._linear_form import LinearForm
 from dehyst.families._policy import POLICY
 from dehyst.families._program import (
@@ -521,7 +521,7 @@ class Workshop:
         motions = list(product((1.0, -1.0), ends))
         every = -(-2 * signal.size // PROBED_ROWS)
         probed = np.arange(0, signal.size, every)
-        template = ElementModel(columns.cells, start=self.start, scaling=self._seen_scaling())
+        template = seen_by(self.training, self.direction, columns, self.start)
         seen, probes = self.bank.target.size, len(motions) * probed.size
         rows = np.empty((seen + probes, columns.cell.size))
         rows[:seen] = self.bank.values[:, self.columns.of(chosen.sum.groups)]
@@ -564,6 +564,7 @@ class Workshop:
         return ElementModel(
             columns.elements(weights.weight),
             weights.offset,
+            before_map=_before(self.training, self.direction),
             after_map=(tuple(weights.inner.tolist()), tuple(weights.outer.tolist())),
             direction=self.direction,
             period=self.training.period,
@@ -632,8 +633,20 @@ class Workshop:
         rows = None if whole else self._chosen_rows
         return row_bank(self.training, self.direction, columns, start, rows)
 
-    def _seen_scaling(self) -> Scaling:
-        return seen_scaling(self.training, self.direction)
+
+def seen_by(training: Training, direction: str, columns: Columns, start: str) -> ElementModel:
+    """Return the memory cells of columns, with what stands in front of them."""
+    return ElementModel(
+        columns.cells,
+        before_map=_before(training, direction),
+        start=start,
+        scaling=seen_scaling(training, direction),
+    )
+
+
+def _before(training: Training, direction: str) -> Pairs:
+    """Map in front of a sum: of the input, which an inverse sum does not see."""
+    return training.before_map if direction == "forward" else NO_MAP
 
 
 def seen_scaling(training: Training, direction: str) -> Scaling:
@@ -654,7 +667,7 @@ def row_bank(
     if compared is None:
         every = [np.flatnonzero(stretch.counts) for stretch in training.stretches]
         compared = [data_kit.SpreadRows(rows, np.ones(rows.size)) for rows in every]
-    template = ElementModel(columns.cells, start=start, scaling=seen_scaling(training, direction))
+    template = seen_by(training, direction, columns, start)
     seen, target, output, places = [], [], [], []
     values = np.empty((sum(part.rows.size for part in compared), columns.cell.size))
     filled = 0
@@ -724,7 +737,10 @@ def pace_of(training: Training, direction: str) -> Pace | None:
         return None
     period = float(np.median(steps))
     duration = max(float(stretch.time[-1]) for stretch in training.stretches)
-    lags = ElementModel(tuple(Element("relax", 0.0, samples * period) for samples in RATE_LAGS))
+    lags = ElementModel(
+        tuple(Element("relax", 0.0, samples * period) for samples in RATE_LAGS),
+        before_map=_before(training, direction),
+    )
     moved = []
     for stretch in training.stretches:
         signal = stretch.x

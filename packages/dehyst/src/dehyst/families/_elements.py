@@ -50,6 +50,7 @@ from dehyst.families._base import PRELUDE, UNSCALED, LoopModel, LoopStepper, Sca
 from dehyst.families._element_machine import element_machine
 from dehyst.families._inversion import FARTHEST, first_input
 from dehyst.families._rising import LEAST_SLOPE, least_slope, most_slope
+from dehyst.families._transforms import transform_name
 from dehyst.models import Model, ModelCard, Resonance, SignalCard
 from dehyst.models import kit as models_kit
 from dehyst.shell import command
@@ -483,8 +484,11 @@ class ElementModel(LoopModel):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Which signals its weights go with, and where it rings."""
+        """Which transform of the input it acts on, which signals its weights go with, and where it rings."""
         remarks = []
+        transform = transform_name(self.scaling, self.before_map)
+        if transform:
+            remarks.append(f"acts on the {transform} of {self.card.input.name}")
         if self.resonance is not None:
             f, damping = self.resonance.frequency, self.resonance.damping
             remarks.append(

@@ -15,7 +15,7 @@ from dehyst.arrays import Array
 from dehyst.families._choice import Chosen, ScoredSum, workshop_of
 from dehyst.families._policy import POLICY
 from dehyst.families._program import BLOCKS
-from dehyst.families._rows import best_row, turns_of
+from dehyst.families._rows import best_row, transformed, turns_of
 from dehyst.families._training import Training
 
 STEPS = 100  # the first shift that is tried is a stroke divided by this
@@ -67,19 +67,21 @@ def best_row_and_delay(training: Training, firm: bool, size: int | None, ahead: 
     """
     turns = turns_of(training)
     chosen = best_row(training, firm, size)
+    training, chosen = transformed(training, chosen, firm, size)
     late = _lateness(training, chosen.candidates[0], turns)
     if late is None:
         return ChosenRow(chosen, None, 0)
     delay = _delay(late, training.period, ahead)
     if delay == 0:
         return ChosenRow(chosen, late, 0)
-    chosen = best_row(training.late(delay), firm, size)
+    forward = bool(training.before_map[0])
+    chosen = best_row(training.late(delay), firm, size, forward)
     if delay == late.samples:
         # The first row had to explain the dead time by its lags; this one tells it better.
         late = _nearer(training, chosen.candidates[0], turns, late)
         if late.samples != delay:
             delay = _delay(late, training.period, ahead)
-            chosen = best_row(training.late(delay), firm, size)
+            chosen = best_row(training.late(delay), firm, size, forward)
     return ChosenRow(chosen.later(delay * training.period), late, delay)
 
 

@@ -29,6 +29,11 @@ class FamilyPolicy:
     # Friction may fit a short log better from a wrong start, with elements so long that they never settle: another
     # start than the usual one must come down to this share.
     friction_start: float = 0.9
+    # A range is of one sign where no more than this share of it lies on the other side of input 0.
+    one_sided: float = 0.05
+    # A transform of the input is taken where a plain sum behind it errs so much less on what is left out than the best
+    # row of all without one: on rigs that have none the least was 0.86. [times the error of the best row]
+    input_transform: float = 0.85
     # One more element of friction must bring the error down to this share.
     friction_element: float = 0.95
     # Another start state or sign of Preisach's masses must come down to this share.

@@ -35,8 +35,11 @@ from dehyst.families._policy import POLICY
 from dehyst.families._registry import BEST, Family
 from dehyst.families._table import OWN, ROWS, Row, Sum
 from dehyst.families._training import Training
+from dehyst.families._transforms import transforms
 
 SHOWN = 3  # columns of a group in an example
+# Groups of columns that bend with the place, which a transform spares.
+RAMPED = frozenset(("lag", "lead", "creep-by-place", "relax-by-place", "product"))
 USUAL = Pace(0.01, 5.0, (0.01, 0.03, 0.1))
 
 
@@ -143,9 +146,41 @@ def _fit_best(training: Training) -> ElementModel:
     return best_row(training).model
 
 
-def best_row(training: Training, firm: bool = True, most: int | None = None) -> Chosen:
-    """Return the best row for a training, of at most so many numbers, and all that were compared."""
-    return best_sum(training, candidates(training, firm), firm, most)
+def best_row(
+    training: Training, firm: bool = True, most: int | None = None, forward: bool = False
+) -> Chosen:
+    """Return the best row for a training, of at most so many numbers, and all that were compared.
+
+    With `forward`, rows of the other direction stay out.
+    """
+    sums = candidates(training, firm)
+    if forward:
+        sums = tuple(one for one in sums if one.direction == "forward")
+    return best_sum(training, sums, firm, most)
+
+
+def transformed(
+    training: Training, chosen: Chosen, firm: bool, size: int | None
+) -> tuple[Training, Chosen]:
+    """Return the training and its best row behind the transform that pays, or both as they are.
+
+    Behind the right transform a sum without ramps is enough, so these alone are tried; one is taken where it errs
+    clearly less on what is left out than the best row of all without a transform.
+    """
+    plain = tuple(one for one in candidates(training, firm) if RAMPED.isdisjoint(one.groups))
+    plain = tuple(one for one in plain if one.direction == "forward")
+    if training.schedules or not plain:
+        return training, chosen
+    least, best = POLICY.input_transform * chosen.candidates[0].score, (training, chosen)
+    for pairs in transforms(training.scaling).values():
+        behind = replace(training, before_map=pairs, shared=[])
+        try:
+            row = best_sum(behind, plain, firm, size)
+        except IdentificationError:
+            continue
+        if row.candidates[0].score < least:
+            least, best = row.candidates[0].score, (behind, row)
+    return best
 
 
 def family_of(row: Row) -> Family:

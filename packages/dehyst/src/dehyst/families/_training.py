@@ -93,6 +93,8 @@ class Training:
         Of everything random in a fit.
     period
         Median time between samples of the log; 0 without time stamps. [s]
+    before_map
+        Map of the scaled input in front of forward sums; empty for none.
     schedules, signals
         As of `ElementModel`: which signals weights go with, and between which of their values.
     shared
@@ -104,6 +106,7 @@ class Training:
     orientation: str
     seed: int = 0
     period: float = 0.0
+    before_map: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
     schedules: tuple[tuple[int, float, float], ...] = ()
     signals: tuple[tuple[str, str], ...] = ()
     shared: list[Any] = field(default_factory=list)
