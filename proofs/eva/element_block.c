@@ -61,7 +61,7 @@ int main(void)
         state.flags = Frama_C_unsigned_int_interval(0, 15);
         state.started = Frama_C_interval(0, 1);
     }
-    const dehyst_real given[DEHYST_GIVEN] = {any_real(), any_real()};
+    const dehyst_real given[DEHYST_GIVEN] = {any_real(), any_real(), any_real()};
     const dehyst_real y = dehyst_element_block_step(&block, &state, any_real(), given, Frama_C_nondet(0, 1));
     //@ assert output: \is_finite(y) && OUTPUT_LOW <= y <= OUTPUT_HIGH;
     //@ assert held: \is_finite(state.output) && OUTPUT_LOW <= state.output <= OUTPUT_HIGH;

@@ -475,7 +475,7 @@ static void element_blocks(void)
         element_block.reach_high = form == 0 || form == 6 ? 1.25 : DEHYST_FAR;
         state.sum.z = z, state.delay.ring = ring, other.sum.z = other_z, other.delay.ring = other_ring;
         for (int sign = -1; sign <= 1; sign += 2) { /* the first sample is reached upwards and downwards */
-            const double given[2] = {0.25, 0};
+            const double given[DEHYST_GIVEN] = {0.25, 0, 0};
             dehyst_element_block_reset(&element_block, &state);
             CLAIM(dehyst_element_block_save(&element_block, &state, image, words) == DEHYST_IMAGE_GOOD);
             CLAIM(dehyst_element_block_restore(&element_block, &state, image, words) == DEHYST_IMAGE_GOOD);
@@ -485,7 +485,7 @@ static void element_blocks(void)
         }
         for (int k = 0; k < 4000; ++k) {
             const double rejected = k % 101 == 7 ? NAN : 0, x = (k % 500 < 20 ? 3.0 : 1.4) * random_part(&seed);
-            const double given[2] = {random_part(&seed) + (k % 103 == 3 ? NAN : 0), k % 107 == 5 ? NAN : 0};
+            const double given[DEHYST_GIVEN] = {random_part(&seed) + (k % 103 == 3 ? NAN : 0), k % 107 == 5 ? NAN : 0, k % 109 == 5 ? NAN : 0};
             const double held = state.output;
             const double output = dehyst_element_block_step(&element_block, &state, x + rejected, given, k % 40 > 10);
             CLAIM(output >= -1.5 && output <= 1.5);
@@ -497,7 +497,7 @@ static void element_blocks(void)
         CLAIM(dehyst_element_block_save(&element_block, &state, image, words) == DEHYST_IMAGE_GOOD);
         CLAIM(dehyst_element_block_restore(&element_block, &other, image, words) == DEHYST_IMAGE_GOOD);
         for (int k = 0; k < 50; ++k) {
-            const double x = random_part(&seed), given[2] = {0.5, 0};
+            const double x = random_part(&seed), given[DEHYST_GIVEN] = {0.5, 0, 0};
             CLAIM(dehyst_element_block_step(&element_block, &state, x, given, 1) ==
                   dehyst_element_block_step(&element_block, &other, x, given, 1));
         }

@@ -304,10 +304,10 @@ void dehyst_stack_push(const dehyst_stack_model *model, dehyst_stack_state *stat
 #define DEHYST_DEGREE 8    /* most coefficients of a polynomial, lowest power first */
 #define DEHYST_SCHEDULES 3 /* most schedules */
 #define DEHYST_GROUPS 8    /* most groups of terms */
-#define DEHYST_GIVEN 2     /* scheduling variables that come from outside */
+#define DEHYST_GIVEN 3     /* scheduling variables that come from outside */
 
 enum { /* what a schedule follows */
-    DEHYST_BY_OUTPUT = -1 /* y itself; 0 or 1: the variable from outside of that number */
+    DEHYST_BY_OUTPUT = -1 /* y itself; 0, 1 or 2: the variable from outside of that number */
 };
 
 typedef struct dehyst_direct {
@@ -340,6 +340,9 @@ typedef struct dehyst_direct_state {
     dehyst_real doubt[DEHYST_GROUPS]; /* what each group can be wrong by for the unknown start, [u] */
     uint32_t flags;                  /* DEHYST_REJECTED, _EVER, DEHYST_LIMITED, _EVER */
 } dehyst_direct_state;
+
+/* 1 if dehyst_accept takes all scheduling variables. */
+int dehyst_accept_given(const dehyst_real given[DEHYST_GIVEN]);
 
 /* Begin at rest at y, which must be acceptable. */
 void dehyst_direct_reset(const dehyst_direct *direct, dehyst_direct_state *state, dehyst_real y);
@@ -441,7 +444,7 @@ typedef struct dehyst_elements {
     dehyst_real offset;
     dehyst_real low, high;         /* of the x that solves */
     int32_t schedules;             /* 0 .. DEHYST_SCHEDULES */
-    int32_t source[DEHYST_SCHEDULES]; /* what the schedule follows: DEHYST_BY_OUTPUT, or the given variable 0 or 1 */
+    int32_t source[DEHYST_SCHEDULES]; /* what the schedule follows: DEHYST_BY_OUTPUT, or the given variable 0, 1 or 2 */
     dehyst_real schedule_low[DEHYST_SCHEDULES], schedule_high[DEHYST_SCHEDULES]; /* xi is 0 and 1 there */
 } dehyst_elements;
 

@@ -123,7 +123,7 @@ dehyst_real dehyst_element_block_step(const dehyst_element_block *block, dehyst_
     const dehyst_elements *sum = &block->sum;
     dehyst_real share[DEHYST_SHARES];
     state->flags &= ~((uint32_t)DEHYST_REJECTED | (uint32_t)DEHYST_LIMITED);
-    if (!dehyst_accept(x) || !dehyst_accept(given[0]) || !dehyst_accept(given[1])) {
+    if (!dehyst_accept(x) || !dehyst_accept_given(given)) {
         state->flags |= (uint32_t)DEHYST_REJECTED | (uint32_t)DEHYST_REJECTED_EVER;
         return state->output;
     }

@@ -494,7 +494,8 @@ class Block:
         if not self._machine.slots:
             return []
         # The core takes as many as it has slots; those that this model does not use are 0.
-        return [*self._ordered(inputs), 0.0, 0.0][: self._machine.slots]
+        values = self._ordered(inputs)
+        return [*values, *[0.0] * (self._machine.slots - len(values))]
 
     def _table(self, inputs: Mapping[str, npt.ArrayLike] | None, samples: int) -> tuple[Array, ...]:
         """Return the further inputs of many samples as the core takes them, (T, slots), if it takes any."""
