@@ -83,6 +83,7 @@ def plain_element_block(kind: int) -> bytes:
     nothing = [ZERO] * 3
     image = [225, 1, 130, HALF, 1]
     steps = [1, HALF, *nothing, 240, ONE, *nothing, MINUS, *nothing, *image, ONE, *nothing]
+    steps += [200, HALF, *nothing, MINUS]
     return bytes(
         [
             solves + delay + start + free,

@@ -108,6 +108,11 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
             take_image(&block, &here, &from);
         }
         const dehyst_real x = take_real(&from), given[DEHYST_GIVEN] = {take_real(&from), take_real(&from), take_real(&from)};
+        if (what >= 192 && what < 224) {
+            dehyst_element_block_observe(&block, &here.state, x, take_real(&from), given);
+            CLAIM(within(here.state.output, block.output_low, block.output_high));
+            continue;
+        }
         const dehyst_real y = dehyst_element_block_step(&block, &here.state, x, given, what & 1);
         CLAIM(within(y, block.output_low, block.output_high) && within(here.state.share, 0, 1));
         CLAIM(here.state.sum.rounds >= 0 && here.state.sum.rounds <= DEHYST_ROUNDS);

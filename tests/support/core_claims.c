@@ -493,6 +493,18 @@ static void element_blocks(void)
             CLAIM(!(x < -2 || x > 2) || (state.flags & (DEHYST_LIMITED | DEHYST_REJECTED)));
         }
         CLAIM(state.flags & DEHYST_LIMITED_EVER);
+        for (int k = 0; k < 2000; ++k) { /* something else drives it */
+            const double rejected = k % 13 == 7 ? NAN : 0, missing = k % 7 == 3 ? NAN : 0;
+            const double given[DEHYST_GIVEN] = {random_part(&seed) + (k % 103 == 3 ? NAN : 0), 0, 0};
+            const double held = state.output, came_out = 2 * random_part(&seed) + missing;
+            dehyst_element_block_observe(&element_block, &state, 3 * random_part(&seed) + rejected, came_out, given);
+            CLAIM(state.output >= -1.5 && state.output <= 1.5 && state.started);
+            CLAIM(!(state.flags & DEHYST_REJECTED) || state.output == held);
+            CLAIM((state.flags & DEHYST_REJECTED) || !(fabs(came_out) <= 1.5) || state.output == came_out);
+            CLAIM(k % 103 != 3 || (state.flags & DEHYST_REJECTED));
+            CLAIM(state.least <= state.sum.last && state.sum.last <= state.most && state.share == 1);
+            CLAIM(dehyst_elements_memory_check(&element_block.sum, z, state.sum.last) == DEHYST_IMAGE_GOOD);
+        }
         CLAIM(dehyst_element_block_save(&element_block, &state, image, words - 1) == DEHYST_IMAGE_SIZE);
         CLAIM(dehyst_element_block_save(&element_block, &state, image, words) == DEHYST_IMAGE_GOOD);
         CLAIM(dehyst_element_block_restore(&element_block, &other, image, words) == DEHYST_IMAGE_GOOD);
@@ -509,7 +521,8 @@ static void element_blocks(void)
             {4, 2, DEHYST_IMAGE_INVALID}, {5 + 1, 0x7ff00000, DEHYST_IMAGE_INVALID}, {5 + 3, 0x40400000, DEHYST_IMAGE_INVALID},
             {at_rest + 1, 0x7ff00000, DEHYST_IMAGE_INVALID}, {at_rest + 5, 0xbff00000, DEHYST_IMAGE_INVALID},
             {at_rest + 5, 0x40400000, DEHYST_IMAGE_INVALID}, {at_rest + 7, 0xc0400000, DEHYST_IMAGE_INVALID},
-            {at_rest + 7, 0x40400000, DEHYST_IMAGE_INVALID}, {at_rest - 1, 0x7ff00000, DEHYST_IMAGE_INVALID}};
+            {at_rest + 7, 0x40400000, DEHYST_IMAGE_INVALID}, {at_rest + 9, 0x40400000, DEHYST_IMAGE_INVALID},
+            {at_rest + 11, 0xc0400000, DEHYST_IMAGE_INVALID}, {at_rest + 9, 0xfff00000, DEHYST_IMAGE_INVALID}, {at_rest - 1, 0x7ff00000, DEHYST_IMAGE_INVALID}};
         for (size_t i = 0; i < sizeof wrong_words / sizeof *wrong_words; ++i) {
             memcpy(image, other_image, sizeof image);
             image[wrong_words[i].word] = wrong_words[i].value;

@@ -541,6 +541,7 @@ typedef struct dehyst_element_block_state {
     dehyst_delay delay;
     dehyst_real share;         /* 0 off .. 1 on */
     dehyst_real output;        /* last good output, [output] */
+    dehyst_real least, most;   /* x that the actuator had for certain: a play of half their distance or less is known */
     uint32_t flags;            /* DEHYST_REJECTED, _EVER, DEHYST_LIMITED, _EVER */
     int32_t started;           /* 0 until the first good sample after the reset */
 } dehyst_element_block_state;
@@ -553,8 +554,21 @@ void dehyst_element_block_reset(const dehyst_element_block *block, dehyst_elemen
 dehyst_real dehyst_element_block_step(const dehyst_element_block *block, dehyst_element_block_state *state,
                                       dehyst_real x, const dehyst_real given[DEHYST_GIVEN], int on);
 
+/* One sample while something else drives the actuator: in place of a step, with what a step would have been given and
+ * what it would have answered. For an inverse block these are the actuator's measured output and the input that it got.
+ * Memory follows the input of the sum; what the sum should be tells of the plays that are not known yet:
+ *
+ *   most - r <= z <= least + r,   least, most: of x since the start;   a play is known when these meet
+ *   z <- z + 1/4 c b miss / sum of c^2 b within these bounds,   c = d sum/dz, b their distance
+ *
+ * so that the sum comes a quarter nearer to what was seen each time. Of a number that dehyst_accept refuses nothing is
+ * learnt, and the other one is followed alone; beyond its limits it is taken as the limit. The next step with `on` goes on
+ * from there without a ramp. */
+void dehyst_element_block_observe(const dehyst_element_block *block, dehyst_element_block_state *state,
+                                  dehyst_real input, dehyst_real output, const dehyst_real given[DEHYST_GIVEN]);
+
 /* Parameters, and images of the state, as those of a block. */
-#define DEHYST_ELEMENT_WORDS(n, delay) (6 + DEHYST_REAL_WORDS * ((n) + (delay) + 4))
+#define DEHYST_ELEMENT_WORDS(n, delay) (6 + DEHYST_REAL_WORDS * ((n) + (delay) + 6))
 int32_t dehyst_element_block_check(const dehyst_element_block *block);
 int32_t dehyst_element_block_save(const dehyst_element_block *block, const dehyst_element_block_state *state,
                                   uint32_t *image, int32_t words);

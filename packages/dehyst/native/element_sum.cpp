@@ -378,6 +378,12 @@ class ElementBlock {
         return dehyst_element_block_step(&block_, &state_, sample_of(x), given, on ? 1 : 0);
     }
 
+    void observe(nb::handle input, nb::handle output, nb::handle first, nb::handle second, nb::handle third)
+    {
+        const double given[DEHYST_GIVEN] = {sample_of(first), sample_of(second), sample_of(third)};
+        dehyst_element_block_observe(&block_, &state_, sample_of(input), sample_of(output), given);
+    }
+
     nb::tuple run(const In &x, const Given &given, const Switch &on)
     {
         const std::size_t samples = x.size();
@@ -459,6 +465,8 @@ void bind_element_sum(nb::module_ &m)
         .def("reset", &ElementBlock::reset, "Nothing remembered, flags cleared.")
         .def("step", &ElementBlock::step, "x"_a.none(), "first"_a.none(), "second"_a.none(), "third"_a.none(), "on"_a,
              "Output for the next sample.")
+        .def("observe", &ElementBlock::observe, "input"_a.none(), "output"_a.none(), "first"_a.none(), "second"_a.none(),
+             "third"_a.none(), "Follow a sample that something else makes.")
         .def("run", &ElementBlock::run, "x"_a, "given"_a, "on"_a, "(outputs (T,), flags (T,)).")
         .def("save", &ElementBlock::save, "Image of the state.")
         .def("restore", &ElementBlock::restore, "image"_a, "Go on from an image; the core's answer, 0 if it was good.")

@@ -322,6 +322,14 @@ class ElementBlock(_SavedMachine):
         third: float | None,
         on: bool,
     ) -> float: ...
+    def observe(
+        self,
+        input: float | None,
+        output: float | None,
+        first: float | None,
+        second: float | None,
+        third: float | None,
+    ) -> None: ...
     def run(self, x: _Array, given: _Array, on: npt.NDArray[np.bool_]) -> tuple[_Array, _Words]: ...
 
 # ---- The engine's bounded least squares.

@@ -114,6 +114,7 @@ def element_machine(
         _native.DIRECT_GIVEN,
         period=period,
         timed=_timed(model, direction),
+        observes=True,
     )
 
 
