@@ -541,7 +541,8 @@ typedef struct dehyst_element_block_state {
     dehyst_delay delay;
     dehyst_real share;         /* 0 off .. 1 on */
     dehyst_real output;        /* last good output, [output] */
-    dehyst_real least, most;   /* x that the actuator had for certain: a play of half their distance or less is known */
+    dehyst_real least;         /* x that the actuator had for certain: a play of a radius of half */
+    dehyst_real most;          /* their distance or less is known */
     uint32_t flags;            /* DEHYST_REJECTED, _EVER, DEHYST_LIMITED, _EVER */
     int32_t started;           /* 0 until the first good sample after the reset */
 } dehyst_element_block_state;

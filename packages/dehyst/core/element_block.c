@@ -147,7 +147,7 @@ static inline void known_from(dehyst_element_block_state *state)
 static void begin(const dehyst_element_block *block, dehyst_element_block_state *state, const dehyst_real *given,
                   dehyst_real argument, int value)
 {
-    if (value) {
+    if (value != 0) {
         arrive_at_value(block, &state->sum, given, argument);
     } else {
         arrive(block, &state->sum, argument);
@@ -227,7 +227,7 @@ static dehyst_real unknown_part(const dehyst_element_block *block, const dehyst_
 }
 
 /* A step towards the states that make good what is missing in the sum. */
-static void learn(const dehyst_element_block *block, dehyst_element_block_state *state, const dehyst_real *share,
+static void put_right(const dehyst_element_block *block, dehyst_element_block_state *state, const dehyst_real *share,
                   dehyst_real miss)
 {
     dehyst_real total = 0;
@@ -237,7 +237,8 @@ static void learn(const dehyst_element_block *block, dehyst_element_block_state 
         total += slope * slope * apart;
     }
     const dehyst_real step = total > 0 ? LEARNT * miss / total : (dehyst_real)0;
-    for (int32_t k = 0; k < block->sum.n && dehyst_accept(step); ++k) {
+    const int32_t n = dehyst_accept(step) != 0 ? block->sum.n : 0;
+    for (int32_t k = 0; k < n; ++k) {
         const dehyst_real slope = unknown_part(block, state, share, k, &apart);
         if (slope < 0 || slope > 0) {
             const dehyst_real r = block->sum.element[k].radius;
@@ -249,8 +250,10 @@ static void learn(const dehyst_element_block *block, dehyst_element_block_state 
 
 /* An observed sample as the sum has it; what is not known is 0. */
 typedef struct sighting {
-    dehyst_real x, value;
-    int has_x, has_value;
+    dehyst_real x;
+    dehyst_real value;
+    int has_x;
+    int has_value;
 } sighting;
 
 /* Memory follows the x or, where that is not known, the x that solves the sum. */
@@ -263,11 +266,11 @@ static void observe_sum(const dehyst_element_block *block, dehyst_element_block_
         begin(block, state, given, seen->has_x ? seen->x : seen->value, !seen->has_x);
     }
     dehyst_elements_shares(sum, &state->sum, given, share);
-    if (seen->has_x) {
+    if (seen->has_x != 0) {
         const dehyst_real said = dehyst_elements_follow(sum, &state->sum, share, seen->x);
         known_from(state);
-        if (seen->has_value) {
-            learn(block, state, share, seen->value - said);
+        if (seen->has_value != 0) {
+            put_right(block, state, share, seen->value - said);
         }
     } else {
         dehyst_elements_advance(sum, &state->sum, dehyst_elements_solve(sum, &state->sum, share, seen->value));
@@ -292,7 +295,7 @@ void dehyst_element_block_observe(const dehyst_element_block *block, dehyst_elem
         return;
     }
     dehyst_real argument = 0;
-    if (in) {
+    if (in != 0) {
         const dehyst_real scaled = (went_in - block->center) / block->half_range;
         const dehyst_real delayed = late(block, state, scaled);
         /* a shaper is for references: what was measured is the output itself */

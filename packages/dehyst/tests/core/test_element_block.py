@@ -170,6 +170,8 @@ def test_an_image_with_an_input_that_cannot_come_is_refused_since_what_follows_i
     place = 2 if late else 3  # behind both memories
     for far, refused in ((4e99, False), (6e99, True)):
         changed = with_number(image, place, far)
+        if not late:
+            changed = with_number(changed, place + 5, far)  # the largest of all up to the last
         if refused:
             with pytest.raises(ParameterError, match="cannot be here"):
                 other.restore(changed)
