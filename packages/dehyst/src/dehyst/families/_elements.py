@@ -62,7 +62,7 @@ EDGE = 1e-6  # width of what stands beside the turn of a wing, scaled
 LAGS = ("creep", "relax", "past", "product")
 SQUARE = 17  # points
 MIDDLE = 1e12  # of a range so wide that what is scaled is in its middle
-SOURCES = _native.DIRECT_GIVEN  # signals that the core takes beside its input
+SOURCES: int = _native.DIRECT_GIVEN  # signals that the core takes beside its input
 AHEAD = 2  # numbers of the memory in front of the elements: the input of the sample before, and its step
 
 Pairs = tuple[tuple[float, ...], tuple[float, ...]]
