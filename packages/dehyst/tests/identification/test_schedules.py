@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import dehyst
 from dehyst.errors import ExcitationError, ParameterError, RecordingError
+from dehyst.export import export, subject_of, verify
 from dehyst.families._columns import GROUPS, Pace, columns_of, shares
 from dehyst.families._elements import ElementModel
 from dehyst.report import write_report
@@ -182,13 +183,11 @@ def test_the_inverse_undoes_a_model_of_three_signals_and_its_exported_c_has_its_
     block = dehyst.block(model, "inverse", range=(-1.2, 1.2), period=DT)
     steps, _ = block.run(y, given=signals)
     np.testing.assert_allclose(steps, record.input, atol=1e-12)
-    unit = dehyst.export.export(
-        dehyst.export.subject_of(model, "inverse", name="unit_1", ramp=40), "c", tmp_path / "out"
-    )
+    unit = export(subject_of(model, "inverse", name="unit_1", ramp=40), "c", tmp_path / "out")
     assert "temperature, dehyst_real load, dehyst_real voltage" in (
         unit.folder / "src" / "unit_1.h"
     ).read_text(encoding="utf-8")
-    assert [check for check in dehyst.export.verify(unit.folder) if not check.ok] == []
+    assert [check for check in verify(unit.folder) if not check.ok] == []
 
 
 @pytest.mark.slow
