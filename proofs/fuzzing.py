@@ -71,7 +71,8 @@ def plain_block(more: int) -> bytes:
 
 def plain_sum(kind: int) -> bytes:
     """Return an input from which the fuzzer of elements builds the input beside one of a kind, and moves them."""
-    steps = [ZERO, ZERO, HALF, 1, ZERO, ZERO, MINUS, 0, ONE]
+    nothing = [ZERO] * 3
+    steps = [*nothing, HALF, 1, *nothing, MINUS, 0, ONE]
     return bytes([*sum_of(kind), 1, ZERO, *steps * 4])
 
 
@@ -80,28 +81,10 @@ def plain_element_block(kind: int) -> bytes:
     solves, delay, start, free = kind % 2, 2 * (kind % 4), 8, 16 * (kind // 4)
     memory, scales = [ZERO, ZERO], [HALF, ZERO, ZERO, ONE, ZERO, ONE]
     ranges, line, fade = [MINUS, ONE] * 3, [HALF, ZERO], HALF
-    steps = [
-        1,
-        HALF,
-        ZERO,
-        ZERO,
-        240,
-        ONE,
-        ZERO,
-        ZERO,
-        0,
-        MINUS,
-        ZERO,
-        ZERO,
-        225,
-        1,
-        130,
-        HALF,
-        1,
-        ONE,
-        ZERO,
-        ZERO,
-    ]
+    nothing = [ZERO] * 3
+    image = [225, 1, 130, HALF, 1]
+    steps = [1, HALF, *nothing, 240, ONE, *nothing, MINUS, *nothing, *image, ONE, *nothing]
+    steps += [200, HALF, *nothing, MINUS]
     return bytes(
         [
             solves + delay + start + free,

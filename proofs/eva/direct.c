@@ -19,7 +19,7 @@ int main(void)
     dehyst_direct_reset(&direct, &state, 0);
     dehyst_learning_reset(&adaptation, &learning);
     while (Frama_C_nondet(0, 1)) {
-        const dehyst_real given[DEHYST_GIVEN] = {any_real(), any_real()};
+        const dehyst_real given[DEHYST_GIVEN] = {any_real(), any_real(), any_real()};
         dehyst_real part[DEHYST_GROUPS];
         for (int32_t g = 0; g < DEHYST_GROUPS; ++g) {
             part[g] = any_real();

@@ -1,5 +1,5 @@
 /* A block of elements of every kind: from a reset, and from any memory within DEHYST_INPUT_LIMIT, one sample leads to
- * such a state. So does any sequence of them, each of them any real, NaN and the infinities among them, and any
+ * such a state, be it stepped or observed. So does any sequence of them, each of them any real, NaN and the infinities among them, and any
  * switching. Only the last input is kept to a range, farther than any input of this block: the analyser does not see
  * that 0 times a power of the way is 0 where that power may be infinite. */
 #include "elements.h"
@@ -58,15 +58,22 @@ int main(void)
         state.sum.step = any_within(-FAR, FAR);
         state.share = any_within(0, 1);
         state.output = any_within(OUTPUT_LOW, OUTPUT_HIGH);
+        state.least = any_within(-LAST, LAST);
+        state.most = any_within(-LAST, LAST);
         state.flags = Frama_C_unsigned_int_interval(0, 15);
         state.started = Frama_C_interval(0, 1);
     }
-    const dehyst_real given[DEHYST_GIVEN] = {any_real(), any_real()};
-    const dehyst_real y = dehyst_element_block_step(&block, &state, any_real(), given, Frama_C_nondet(0, 1));
-    //@ assert output: \is_finite(y) && OUTPUT_LOW <= y <= OUTPUT_HIGH;
+    const dehyst_real given[DEHYST_GIVEN] = {any_real(), any_real(), any_real()};
+    if (Frama_C_nondet(0, 1)) {
+        dehyst_element_block_observe(&block, &state, any_real(), any_real(), given);
+    } else {
+        const dehyst_real y = dehyst_element_block_step(&block, &state, any_real(), given, Frama_C_nondet(0, 1));
+        //@ assert output: \is_finite(y) && OUTPUT_LOW <= y <= OUTPUT_HIGH;
+    }
     //@ assert held: \is_finite(state.output) && OUTPUT_LOW <= state.output <= OUTPUT_HIGH;
     //@ assert share: \is_finite(state.share) && 0 <= state.share <= 1;
     //@ assert last: \is_finite(state.sum.last) && -LAST <= state.sum.last <= LAST;
+    //@ assert known: \is_finite(state.least) && \is_finite(state.most) && -LAST <= state.least && state.most <= LAST;
     //@ assert step: \is_finite(state.sum.step) && -FAR <= state.sum.step <= FAR;
     for (int32_t k = 0; k < ELEMENTS; ++k) {
         //@ assert memory: \is_finite(memory[k]) && -FAR <= memory[k] <= FAR;

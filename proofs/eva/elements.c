@@ -16,7 +16,7 @@ int main(void)
     state.z = memory;
     dehyst_elements_reset(&sum, &state, 0, 0);
     while (Frama_C_nondet(0, 1)) {
-        const dehyst_real given[DEHYST_GIVEN] = {any_real(), any_real()};
+        const dehyst_real given[DEHYST_GIVEN] = {any_real(), any_real(), any_real()};
         const dehyst_real x = dehyst_delay_step(&delay, any_real());
         dehyst_real share[DEHYST_SHARES];
         (void)dehyst_elements_step(&sum, &state, x, given);

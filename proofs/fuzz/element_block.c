@@ -54,7 +54,7 @@ static void go_on_elsewhere(const dehyst_element_block *block, machine *here, by
     CLAIM(dehyst_element_block_restore(block, &there.state, image, words) == DEHYST_IMAGE_GOOD);
     CLAIM(dehyst_element_block_save(block, &there.state, again, words) == DEHYST_IMAGE_GOOD);
     CLAIM(memcmp(image, again, (size_t)words * sizeof image[0]) == 0);
-    const dehyst_real x = take_real(from), given[DEHYST_GIVEN] = {take_real(from), take_real(from)};
+    const dehyst_real x = take_real(from), given[DEHYST_GIVEN] = {take_real(from), take_real(from), take_real(from)};
     CLAIM(same(dehyst_element_block_step(block, &here->state, x, given, 1),
                dehyst_element_block_step(block, &there.state, x, given, 1)));
     CLAIM(here->state.flags == there.state.flags);
@@ -107,7 +107,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         } else if (what >= 224) {
             take_image(&block, &here, &from);
         }
-        const dehyst_real x = take_real(&from), given[DEHYST_GIVEN] = {take_real(&from), take_real(&from)};
+        const dehyst_real x = take_real(&from), given[DEHYST_GIVEN] = {take_real(&from), take_real(&from), take_real(&from)};
+        if (what >= 192 && what < 224) {
+            dehyst_element_block_observe(&block, &here.state, x, take_real(&from), given);
+            CLAIM(within(here.state.output, block.output_low, block.output_high));
+            continue;
+        }
         const dehyst_real y = dehyst_element_block_step(&block, &here.state, x, given, what & 1);
         CLAIM(within(y, block.output_low, block.output_high) && within(here.state.share, 0, 1));
         CLAIM(here.state.sum.rounds >= 0 && here.state.sum.rounds <= DEHYST_ROUNDS);

@@ -19,7 +19,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     dehyst_elements_reset(&sum, &forward, start, 0);
     dehyst_elements_reset(&sum, &inverse, start, 0);
     while (from.left > 0) {
-        const dehyst_real given[DEHYST_GIVEN] = {take_real(&from), take_real(&from)}, x = take_real(&from);
+        const dehyst_real given[DEHYST_GIVEN] = {take_real(&from), take_real(&from), take_real(&from)}, x = take_real(&from);
         const dehyst_real y = dehyst_elements_step(&sum, &forward, x, given);
         dehyst_elements_solve_step(&sum, &inverse, take_byte(&from) % 2 ? y : take_real(&from), given);
         CLAIM(inverse.rounds >= 0 && inverse.rounds <= DEHYST_ROUNDS);

@@ -37,7 +37,7 @@ static void take_sum(bytes *from, drawn *to)
     sum->high = take_real(from);
     sum->schedules = take_byte(from) % (DEHYST_SCHEDULES + 2);
     for (int32_t i = 0; i < DEHYST_SCHEDULES; ++i) {
-        sum->source[i] = take_byte(from) % 4 - 1;
+        sum->source[i] = take_byte(from) % (DEHYST_GIVEN + 2) - 1;
         sum->schedule_low[i] = take_real(from);
         sum->schedule_high[i] = take_real(from);
     }

@@ -263,7 +263,7 @@ static void directs(void)
     dehyst_direct_block_reset(&block, &inside);
     int on = 1;
     for (int k = 0; k < STEPS; ++k) {
-        const double given[2] = {wild(), wild()}, scale[8] = {0.5, 2, 1, 0, 1.5, 1, 1, 1}, y = wild(), rate = wild();
+        const double given[DEHYST_GIVEN] = {wild(), wild(), 0}, scale[8] = {0.5, 2, 1, 0, 1.5, 1, 1, 1}, y = wild(), rate = wild();
         dehyst_direct_step(&d.direct, &state, y, rate, given);
         state_in(&d.direct, &state);
         in(dehyst_direct_output(&d.direct, &state, below(2) ? scale : NULL));
@@ -312,7 +312,7 @@ static void sums(int products)
     dehyst_elements_reset(&sum, &state, 0.25, 0);
     dehyst_elements_reset(&sum, &back, 0.25, 0);
     for (int k = 0; k < STEPS; ++k) {
-        const double given[2] = {wild(), wild()}, x = wild(), y = dehyst_elements_step(&sum, &state, x, given);
+        const double given[DEHYST_GIVEN] = {wild(), wild(), 0}, x = wild(), y = dehyst_elements_step(&sum, &state, x, given);
         in(y);
         in(dehyst_elements_solve_step(&sum, &back, below(9) ? y : wild(), given));
         whole_in(back.rounds * 1000 + (int)back.flags * 20 + (int)state.flags);

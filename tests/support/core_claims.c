@@ -475,7 +475,7 @@ static void element_blocks(void)
         element_block.reach_high = form == 0 || form == 6 ? 1.25 : DEHYST_FAR;
         state.sum.z = z, state.delay.ring = ring, other.sum.z = other_z, other.delay.ring = other_ring;
         for (int sign = -1; sign <= 1; sign += 2) { /* the first sample is reached upwards and downwards */
-            const double given[2] = {0.25, 0};
+            const double given[DEHYST_GIVEN] = {0.25, 0, 0};
             dehyst_element_block_reset(&element_block, &state);
             CLAIM(dehyst_element_block_save(&element_block, &state, image, words) == DEHYST_IMAGE_GOOD);
             CLAIM(dehyst_element_block_restore(&element_block, &state, image, words) == DEHYST_IMAGE_GOOD);
@@ -485,7 +485,7 @@ static void element_blocks(void)
         }
         for (int k = 0; k < 4000; ++k) {
             const double rejected = k % 101 == 7 ? NAN : 0, x = (k % 500 < 20 ? 3.0 : 1.4) * random_part(&seed);
-            const double given[2] = {random_part(&seed) + (k % 103 == 3 ? NAN : 0), k % 107 == 5 ? NAN : 0};
+            const double given[DEHYST_GIVEN] = {random_part(&seed) + (k % 103 == 3 ? NAN : 0), k % 107 == 5 ? NAN : 0, k % 109 == 5 ? NAN : 0};
             const double held = state.output;
             const double output = dehyst_element_block_step(&element_block, &state, x + rejected, given, k % 40 > 10);
             CLAIM(output >= -1.5 && output <= 1.5);
@@ -493,11 +493,23 @@ static void element_blocks(void)
             CLAIM(!(x < -2 || x > 2) || (state.flags & (DEHYST_LIMITED | DEHYST_REJECTED)));
         }
         CLAIM(state.flags & DEHYST_LIMITED_EVER);
+        for (int k = 0; k < 2000; ++k) { /* something else drives it */
+            const double rejected = k % 13 == 7 ? NAN : 0, missing = k % 7 == 3 ? NAN : 0;
+            const double given[DEHYST_GIVEN] = {random_part(&seed) + (k % 103 == 3 ? NAN : 0), 0, 0};
+            const double held = state.output, came_out = 2 * random_part(&seed) + missing;
+            dehyst_element_block_observe(&element_block, &state, 3 * random_part(&seed) + rejected, came_out, given);
+            CLAIM(state.output >= -1.5 && state.output <= 1.5 && state.started);
+            CLAIM(!(state.flags & DEHYST_REJECTED) || state.output == held);
+            CLAIM((state.flags & DEHYST_REJECTED) || !(fabs(came_out) <= 1.5) || state.output == came_out);
+            CLAIM(k % 103 != 3 || (state.flags & DEHYST_REJECTED));
+            CLAIM(state.least <= state.sum.last && state.sum.last <= state.most && state.share == 1);
+            CLAIM(dehyst_elements_memory_check(&element_block.sum, z, state.sum.last) == DEHYST_IMAGE_GOOD);
+        }
         CLAIM(dehyst_element_block_save(&element_block, &state, image, words - 1) == DEHYST_IMAGE_SIZE);
         CLAIM(dehyst_element_block_save(&element_block, &state, image, words) == DEHYST_IMAGE_GOOD);
         CLAIM(dehyst_element_block_restore(&element_block, &other, image, words) == DEHYST_IMAGE_GOOD);
         for (int k = 0; k < 50; ++k) {
-            const double x = random_part(&seed), given[2] = {0.5, 0};
+            const double x = random_part(&seed), given[DEHYST_GIVEN] = {0.5, 0, 0};
             CLAIM(dehyst_element_block_step(&element_block, &state, x, given, 1) ==
                   dehyst_element_block_step(&element_block, &other, x, given, 1));
         }
@@ -509,7 +521,8 @@ static void element_blocks(void)
             {4, 2, DEHYST_IMAGE_INVALID}, {5 + 1, 0x7ff00000, DEHYST_IMAGE_INVALID}, {5 + 3, 0x40400000, DEHYST_IMAGE_INVALID},
             {at_rest + 1, 0x7ff00000, DEHYST_IMAGE_INVALID}, {at_rest + 5, 0xbff00000, DEHYST_IMAGE_INVALID},
             {at_rest + 5, 0x40400000, DEHYST_IMAGE_INVALID}, {at_rest + 7, 0xc0400000, DEHYST_IMAGE_INVALID},
-            {at_rest + 7, 0x40400000, DEHYST_IMAGE_INVALID}, {at_rest - 1, 0x7ff00000, DEHYST_IMAGE_INVALID}};
+            {at_rest + 7, 0x40400000, DEHYST_IMAGE_INVALID}, {at_rest + 9, 0x40400000, DEHYST_IMAGE_INVALID},
+            {at_rest + 11, 0xc0400000, DEHYST_IMAGE_INVALID}, {at_rest + 9, 0xfff00000, DEHYST_IMAGE_INVALID}, {at_rest - 1, 0x7ff00000, DEHYST_IMAGE_INVALID}};
         for (size_t i = 0; i < sizeof wrong_words / sizeof *wrong_words; ++i) {
             memcpy(image, other_image, sizeof image);
             image[wrong_words[i].word] = wrong_words[i].value;

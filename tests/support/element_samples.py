@@ -40,7 +40,7 @@ def random_elements(rng):
     """A random sum that rises: kinds, sizes, maps, schedules, start, direction, scaling."""
     while True:
         schedules = tuple(
-            (int(rng.integers(-1, 2)), float(rng.uniform(-2, 0)), float(rng.uniform(0.1, 2)))
+            (int(rng.integers(-1, 3)), float(rng.uniform(-2, 0)), float(rng.uniform(0.1, 2)))
             for _ in range(rng.integers(0, 3))
         )
         elements = [Element("input", weight=float(rng.uniform(0.4, 1.0)))]

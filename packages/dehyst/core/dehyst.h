@@ -304,10 +304,10 @@ void dehyst_stack_push(const dehyst_stack_model *model, dehyst_stack_state *stat
 #define DEHYST_DEGREE 8    /* most coefficients of a polynomial, lowest power first */
 #define DEHYST_SCHEDULES 3 /* most schedules */
 #define DEHYST_GROUPS 8    /* most groups of terms */
-#define DEHYST_GIVEN 2     /* scheduling variables that come from outside */
+#define DEHYST_GIVEN 3     /* scheduling variables that come from outside */
 
 enum { /* what a schedule follows */
-    DEHYST_BY_OUTPUT = -1 /* y itself; 0 or 1: the variable from outside of that number */
+    DEHYST_BY_OUTPUT = -1 /* y itself; 0, 1 or 2: the variable from outside of that number */
 };
 
 typedef struct dehyst_direct {
@@ -340,6 +340,9 @@ typedef struct dehyst_direct_state {
     dehyst_real doubt[DEHYST_GROUPS]; /* what each group can be wrong by for the unknown start, [u] */
     uint32_t flags;                  /* DEHYST_REJECTED, _EVER, DEHYST_LIMITED, _EVER */
 } dehyst_direct_state;
+
+/* 1 if dehyst_accept takes all scheduling variables. */
+int dehyst_accept_given(const dehyst_real given[DEHYST_GIVEN]);
 
 /* Begin at rest at y, which must be acceptable. */
 void dehyst_direct_reset(const dehyst_direct *direct, dehyst_direct_state *state, dehyst_real y);
@@ -441,7 +444,7 @@ typedef struct dehyst_elements {
     dehyst_real offset;
     dehyst_real low, high;         /* of the x that solves */
     int32_t schedules;             /* 0 .. DEHYST_SCHEDULES */
-    int32_t source[DEHYST_SCHEDULES]; /* what the schedule follows: DEHYST_BY_OUTPUT, or the given variable 0 or 1 */
+    int32_t source[DEHYST_SCHEDULES]; /* what the schedule follows: DEHYST_BY_OUTPUT, or the given variable 0, 1 or 2 */
     dehyst_real schedule_low[DEHYST_SCHEDULES], schedule_high[DEHYST_SCHEDULES]; /* xi is 0 and 1 there */
 } dehyst_elements;
 
@@ -574,6 +577,8 @@ typedef struct dehyst_element_block_state {
     dehyst_delay delay;
     dehyst_real share;         /* 0 off .. 1 on */
     dehyst_real output;        /* last good output, [output] */
+    dehyst_real least;         /* x that the actuator had for certain: a play of a radius of half */
+    dehyst_real most;          /* their distance or less is known */
     uint32_t flags;            /* DEHYST_REJECTED, _EVER, DEHYST_LIMITED, _EVER */
     int32_t started;           /* 0 until the first good sample after the reset */
 } dehyst_element_block_state;
@@ -586,8 +591,21 @@ void dehyst_element_block_reset(const dehyst_element_block *block, dehyst_elemen
 dehyst_real dehyst_element_block_step(const dehyst_element_block *block, dehyst_element_block_state *state,
                                       dehyst_real x, const dehyst_real given[DEHYST_GIVEN], int on);
 
+/* One sample while something else drives the actuator: in place of a step, with what a step would have been given and
+ * what it would have answered. For an inverse block these are the actuator's measured output and the input that it got.
+ * Memory follows the input of the sum; what the sum should be tells of the plays that are not known yet:
+ *
+ *   most - r <= z <= least + r,   least, most: of x since the start;   a play is known when these meet
+ *   z <- z + 1/4 c b miss / sum of c^2 b within these bounds,   c = d sum/dz, b their distance
+ *
+ * so that the sum comes a quarter nearer to what was seen each time. Of a number that dehyst_accept refuses nothing is
+ * learnt, and the other one is followed alone; beyond its limits it is taken as the limit. The next step with `on` goes on
+ * from there without a ramp. */
+void dehyst_element_block_observe(const dehyst_element_block *block, dehyst_element_block_state *state,
+                                  dehyst_real input, dehyst_real output, const dehyst_real given[DEHYST_GIVEN]);
+
 /* Parameters, and images of the state, as those of a block. */
-#define DEHYST_ELEMENT_WORDS(n, delay) (6 + DEHYST_REAL_WORDS * ((n) + (delay) + 4))
+#define DEHYST_ELEMENT_WORDS(n, delay) (6 + DEHYST_REAL_WORDS * ((n) + (delay) + 6))
 int32_t dehyst_element_block_check(const dehyst_element_block *block);
 int32_t dehyst_element_block_save(const dehyst_element_block *block, const dehyst_element_block_state *state,
                                   uint32_t *image, int32_t words);

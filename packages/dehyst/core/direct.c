@@ -175,7 +175,7 @@ static void add_creeps(const dehyst_direct *direct, dehyst_direct_state *state, 
 void dehyst_direct_step(const dehyst_direct *direct, dehyst_direct_state *state, dehyst_real y, dehyst_real rate,
                         const dehyst_real given[DEHYST_GIVEN])
 {
-    if (!dehyst_accept(y) || !dehyst_accept(rate) || !dehyst_accept(given[0]) || !dehyst_accept(given[1])) {
+    if (!dehyst_accept(y) || !dehyst_accept(rate) || !dehyst_accept_given(given)) {
         state->flags &= ~(uint32_t)DEHYST_LIMITED;
         state->flags |= (uint32_t)DEHYST_REJECTED | (uint32_t)DEHYST_REJECTED_EVER;
         return;

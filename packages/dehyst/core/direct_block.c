@@ -37,7 +37,7 @@ dehyst_real dehyst_direct_block_step(const dehyst_direct_block *block, dehyst_di
 {
     const dehyst_direct *direct = &block->direct;
     state->flags &= ~((uint32_t)DEHYST_REJECTED | (uint32_t)DEHYST_LIMITED);
-    if (!dehyst_accept(y) || !dehyst_accept(rate) || !dehyst_accept(given[0]) || !dehyst_accept(given[1])) {
+    if (!dehyst_accept(y) || !dehyst_accept(rate) || !dehyst_accept_given(given)) {
         state->flags |= (uint32_t)DEHYST_REJECTED | (uint32_t)DEHYST_REJECTED_EVER;
         return state->output;
     }

@@ -3,6 +3,7 @@
 #define PARTS 64    /* of the stroke to the first sample: the decay of a short one is exact */
 #define DOUBLINGS 6 /* 2^6 parts */
 #define LINES 20    /* first rounds to the x of the first sample; four to eight are usual */
+#define LEARNT ((dehyst_real)0.25) /* of what is missing in an observed sample: noise is averaged over some of them */
 
 static dehyst_real line_inside(const dehyst_element_block *block, dehyst_real x)
 {
@@ -19,6 +20,8 @@ void dehyst_element_block_reset(const dehyst_element_block *block, dehyst_elemen
     }
     state->share = 0;
     state->output = line_inside(block, dehyst_within(0, block->input_low, block->input_high));
+    state->least = 0;
+    state->most = 0;
     state->flags = 0;
     state->started = 0;
 }
@@ -117,28 +120,60 @@ static dehyst_real solved(const dehyst_element_block *block, dehyst_elements_sta
     return x;
 }
 
+/* The ring takes the input, and gives that of `delay` samples ago; before the first one there was no other. */
+static dehyst_real late(const dehyst_element_block *block, dehyst_element_block_state *state, dehyst_real scaled)
+{
+    for (int32_t i = 0; !state->started && i < block->delay; ++i) {
+        state->delay.ring[i] = scaled;
+    }
+    return dehyst_delay_step(&state->delay, scaled);
+}
+
+static void nothing_known(dehyst_element_block_state *state)
+{
+    state->least = state->sum.last;
+    state->most = state->sum.last;
+}
+
+/* The actuator was at the last x: a stroke from end to end of 2r leaves one state of a play of radius r. */
+static inline void known_from(dehyst_element_block_state *state)
+{
+    const dehyst_real x = state->sum.last;
+    state->least = x < state->least ? x : state->least;
+    state->most = x > state->most ? x : state->most;
+}
+
+/* The first sample: x, or the value of the sum. */
+static void begin(const dehyst_element_block *block, dehyst_element_block_state *state, const dehyst_real *given,
+                  dehyst_real argument, int value)
+{
+    if (value != 0) {
+        arrive_at_value(block, &state->sum, given, argument);
+    } else {
+        arrive(block, &state->sum, argument);
+    }
+    nothing_known(state);
+}
+
 dehyst_real dehyst_element_block_step(const dehyst_element_block *block, dehyst_element_block_state *state,
                                       dehyst_real x, const dehyst_real given[DEHYST_GIVEN], int on)
 {
     const dehyst_elements *sum = &block->sum;
     dehyst_real share[DEHYST_SHARES];
     state->flags &= ~((uint32_t)DEHYST_REJECTED | (uint32_t)DEHYST_LIMITED);
-    if (!dehyst_accept(x) || !dehyst_accept(given[0]) || !dehyst_accept(given[1])) {
+    if (!dehyst_accept(x) || !dehyst_accept_given(given)) {
         state->flags |= (uint32_t)DEHYST_REJECTED | (uint32_t)DEHYST_REJECTED_EVER;
         return state->output;
     }
     const dehyst_real taken = dehyst_within(x, block->input_low, block->input_high);
     const dehyst_real scaled = (taken - block->center) / block->half_range;
-    for (int32_t i = 0; !state->started && i < block->delay; ++i) {
-        state->delay.ring[i] = scaled;
+    dehyst_real mixed = scaled;
+    if (block->delay > 0) {
+        mixed = block->echo * late(block, state, scaled) + (1 - block->echo) * scaled;
     }
-    const dehyst_real delayed = dehyst_delay_step(&state->delay, scaled);
-    const dehyst_real mixed = block->echo * delayed + (1 - block->echo) * scaled;
     const dehyst_real argument = dehyst_map_value(&sum->before, mixed);
-    if (!state->started && block->solves) {
-        arrive_at_value(block, &state->sum, given, argument);
-    } else if (!state->started) {
-        arrive(block, &state->sum, argument);
+    if (!state->started) {
+        begin(block, state, given, argument, block->solves);
     }
     dehyst_elements_shares(sum, &state->sum, given, share);
     int limited = taken < x || taken > x;
@@ -153,9 +188,127 @@ dehyst_real dehyst_element_block_step(const dehyst_element_block *block, dehyst_
         const dehyst_real line = line_inside(block, taken);
         /* rounding must not leave the range */
         output = dehyst_within(line + state->share * (output - line), block->output_low, block->output_high);
+        nothing_known(state); /* the actuator got something else */
+    } else {
+        known_from(state);
     }
     state->started = 1;
     state->output = output;
     state->flags |= limited ? (uint32_t)DEHYST_LIMITED | (uint32_t)DEHYST_LIMITED_EVER : 0u;
     return output;
+}
+
+/* Slope of f at e. */
+static dehyst_real map_slope(const dehyst_map *map, dehyst_real e)
+{
+    if (map->n < 2) {
+        return 1;
+    }
+    int32_t left = 0;
+    while (left < map->n - 2 && map->u[left + 1] <= e) {
+        ++left;
+    }
+    return (map->v[left + 1] - map->v[left]) / (map->u[left + 1] - map->u[left]);
+}
+
+/* Slope of the sum with the state of an element that is not known, and how far its bounds are apart; 0 where it is. */
+static dehyst_real unknown_part(const dehyst_element_block *block, const dehyst_element_block_state *state,
+                                const dehyst_real *share, int32_t k, dehyst_real *apart)
+{
+    const dehyst_element *q = &block->sum.element[k];
+    const int stop = q->kind == DEHYST_STOP;
+    *apart = 2 * q->radius - (state->most - state->least);
+    if (!(*apart > 0) || (q->kind != DEHYST_PLAY && !stop)) {
+        return 0;
+    }
+    const dehyst_real weight = share[q->schedule] * q->weight;
+    const dehyst_real z = state->sum.z[k];
+    return stop ? -weight * map_slope(&q->map, state->sum.last - z) : weight * map_slope(&q->map, z);
+}
+
+/* A step towards the states that make good what is missing in the sum. */
+static void put_right(const dehyst_element_block *block, dehyst_element_block_state *state, const dehyst_real *share,
+                  dehyst_real miss)
+{
+    dehyst_real total = 0;
+    dehyst_real apart;
+    for (int32_t k = 0; k < block->sum.n; ++k) {
+        const dehyst_real slope = unknown_part(block, state, share, k, &apart);
+        total += slope * slope * apart;
+    }
+    const dehyst_real step = total > 0 ? LEARNT * miss / total : (dehyst_real)0;
+    const int32_t n = dehyst_accept(step) != 0 ? block->sum.n : 0;
+    for (int32_t k = 0; k < n; ++k) {
+        const dehyst_real slope = unknown_part(block, state, share, k, &apart);
+        if (slope < 0 || slope > 0) {
+            const dehyst_real r = block->sum.element[k].radius;
+            dehyst_real *z = &state->sum.z[k];
+            *z = dehyst_within(*z + slope * apart * step, state->most - r, state->least + r);
+        }
+    }
+}
+
+/* An observed sample as the sum has it; what is not known is 0. */
+typedef struct sighting {
+    dehyst_real x;
+    dehyst_real value;
+    int has_x;
+    int has_value;
+} sighting;
+
+/* Memory follows the x or, where that is not known, the x that solves the sum. */
+static void observe_sum(const dehyst_element_block *block, dehyst_element_block_state *state, const dehyst_real *given,
+                        const sighting *seen)
+{
+    const dehyst_elements *sum = &block->sum;
+    dehyst_real share[DEHYST_SHARES];
+    if (!state->started) {
+        begin(block, state, given, seen->has_x ? seen->x : seen->value, !seen->has_x);
+    }
+    dehyst_elements_shares(sum, &state->sum, given, share);
+    if (seen->has_x != 0) {
+        const dehyst_real said = dehyst_elements_follow(sum, &state->sum, share, seen->x);
+        known_from(state);
+        if (seen->has_value != 0) {
+            put_right(block, state, share, seen->value - said);
+        }
+    } else {
+        dehyst_elements_advance(sum, &state->sum, dehyst_elements_solve(sum, &state->sum, share, seen->value));
+        nothing_known(state);
+    }
+}
+
+void dehyst_element_block_observe(const dehyst_element_block *block, dehyst_element_block_state *state,
+                                  dehyst_real input, dehyst_real output, const dehyst_real given[DEHYST_GIVEN])
+{
+    const dehyst_elements *sum = &block->sum;
+    const dehyst_map back = {sum->after.n, sum->after.v, sum->after.u};
+    const dehyst_real went_in = dehyst_within(input, block->input_low, block->input_high);
+    const dehyst_real came_out = dehyst_within(output, block->output_low, block->output_high);
+    const dehyst_real answer = dehyst_map_value(&back, (came_out - block->level) / block->amplitude);
+    const int in = dehyst_accept(input);
+    const int out = dehyst_accept(output) && dehyst_accept(answer);
+    state->flags &= ~((uint32_t)DEHYST_REJECTED | (uint32_t)DEHYST_LIMITED);
+    /* a ring begins with an input */
+    if (!dehyst_accept_given(given) || !(in || (out && (state->started || block->delay == 0)))) {
+        state->flags |= (uint32_t)DEHYST_REJECTED | (uint32_t)DEHYST_REJECTED_EVER;
+        return;
+    }
+    dehyst_real argument = 0;
+    if (in != 0) {
+        const dehyst_real scaled = (went_in - block->center) / block->half_range;
+        const dehyst_real delayed = late(block, state, scaled);
+        /* a shaper is for references: what was measured is the output itself */
+        argument = dehyst_map_value(&sum->before, block->echo < 1 ? scaled : delayed);
+    }
+    const int beyond_in = in && (went_in < input || went_in > input);
+    const int beyond_out = out && (came_out < output || came_out > output);
+    /* beyond a limit it is not known what the sum should be */
+    const sighting solved_one = {dehyst_within(answer, sum->low, sum->high), argument, out, in && (!out || !beyond_in)};
+    const sighting evaluated_one = {argument, answer, in, out && (!in || !beyond_out)};
+    observe_sum(block, state, given, block->solves ? &solved_one : &evaluated_one);
+    state->output = out ? came_out : state->output;
+    state->share = 1;
+    state->started = 1;
+    state->flags |= beyond_in || beyond_out ? (uint32_t)DEHYST_LIMITED | (uint32_t)DEHYST_LIMITED_EVER : 0u;
 }

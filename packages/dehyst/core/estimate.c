@@ -78,7 +78,7 @@ uint32_t dehyst_joint_estimate(const dehyst_joint *joint, dehyst_joint_state *st
     if (!direct) {
         return joint->compensator ? compare(joint, state, switches, flags) : 0u;
     }
-    const dehyst_real given[DEHYST_GIVEN] = {state->reference.mean_pressure, state->reference.load};
+    const dehyst_real given[DEHYST_GIVEN] = {state->reference.mean_pressure, state->reference.load, 0};
     dehyst_direct_step(direct, &state->seen, state->observer.angle, state->observer.velocity, given);
     dehyst_learning *learning = &state->learning;
     if (!(switches & (uint32_t)DEHYST_POSITION)) { /* errors under pressures alone are no measure of those along a path */
@@ -119,7 +119,7 @@ void dehyst_joint_direct(const dehyst_joint *joint, dehyst_joint_state *state, u
         return;
     }
     if (switches & (uint32_t)DEHYST_POSITION) {
-        const dehyst_real given[DEHYST_GIVEN] = {state->reference.mean_pressure, state->reference.load};
+        const dehyst_real given[DEHYST_GIVEN] = {state->reference.mean_pressure, state->reference.load, 0};
         dehyst_direct_step(direct, &state->wanted, state->reference.angle, state->reference.velocity, given);
     } else {
         dehyst_direct_follow(direct, &state->wanted, &state->seen);

@@ -14,12 +14,19 @@ typedef union pattern {
     BITS bits;
 } pattern;
 
-int dehyst_accept(dehyst_real x)
+/* Magnitudes of IEEE numbers order like their bits; infinities and NaNs lie above all others. */
+static inline int accepted(dehyst_real x)
 {
     pattern value;
     pattern limit;
     value.real = x;
     limit.real = DEHYST_INPUT_LIMIT;
-    /* Magnitudes of IEEE numbers order like their bits; infinities and NaNs lie above all others. */
     return (value.bits & MAGNITUDE) <= limit.bits;
+}
+
+int dehyst_accept(dehyst_real x) { return accepted(x); }
+
+int dehyst_accept_given(const dehyst_real given[DEHYST_GIVEN])
+{
+    return accepted(given[0]) && accepted(given[1]) && accepted(given[2]);
 }

@@ -35,27 +35,27 @@ struct DirectStepper {
         started = true;
     }
 
-    double step(double y, double rate, double first, double second)
+    double step(double y, double rate, double first, double second, double third)
     {
-        const double given[DEHYST_GIVEN] = {first, second};
-        if (!started && dehyst_accept(y) && dehyst_accept(rate) && dehyst_accept(first) && dehyst_accept(second))
-            begin(y);
+        const double given[DEHYST_GIVEN] = {first, second, third};
+        if (!started && dehyst_accept(y) && dehyst_accept(rate) && dehyst_accept_given(given)) begin(y);
         dehyst_direct_step(&direct.view, &direct.state, y, rate, given);
         return dehyst_direct_output(&direct.view, &direct.state, nullptr);
     }
 
     // A step `passed` seconds after the one before, whatever the period of the parameters is.
-    double advance(double y, double rate, double passed, const In &time_constant, double first, double second)
+    double advance(double y, double rate, double passed, const In &time_constant, double first, double second,
+                   double third)
     {
         require(time_constant.size() == direct.gain.size(), "a time constant for every creep term");
         const std::vector<double> kept = direct.gain;
         after(passed, time_constant);
-        const double u = step(y, rate, first, second);
+        const double u = step(y, rate, first, second, third);
         direct.gain = kept;
         return u;
     }
 
-    // y, rate, time (T,), given (T, 2), restart (T,) -> u and doubt, (T, 2 + groups): each group's part behind them; and
+    // y, rate, time (T,), given (T, 3), restart (T,) -> u and doubt, (T, 2 + groups): each group's part behind them; and
     // how many samples were rejected.
     nb::tuple simulate(const In &y, const In &rate, const In &time, const Table &given, const Rows &restart,
                     const In &time_constant)
@@ -79,7 +79,8 @@ struct DirectStepper {
             const double passed = k > 0 && restart.data()[k] == 0 ? time.data()[k] - time.data()[k - 1] : 0.0;
             after(passed, time_constant);
             double *row = rows->data() + k * columns;
-            row[0] = step(y.data()[k], rate.data()[k], given.data()[2 * k], given.data()[2 * k + 1]);
+            const double *told = given.data() + DEHYST_GIVEN * k;
+            row[0] = step(y.data()[k], rate.data()[k], told[0], told[1], told[2]);
             rejected += direct.state.flags & DEHYST_REJECTED;
             row[1] = dehyst_direct_doubt(&direct.view, &direct.state, nullptr);
             for (std::size_t g = 0; g + 2 < columns; ++g) row[2 + g] = direct.state.part[g];
@@ -242,6 +243,7 @@ void bind_direct(nb::module_ &m)
 {
     m.attr("DIRECT_GROUPS") = DEHYST_GROUPS;
     m.attr("DIRECT_SCHEDULES") = DEHYST_SCHEDULES;
+    m.attr("DIRECT_GIVEN") = DEHYST_GIVEN;
     m.attr("DIRECT_COEFFICIENTS") = DEHYST_DEGREE;
     m.def("decay", &dehyst_decay, "x"_a, "exp(-x) as the core takes it.");
     m.def("direct_bank", &bank, "y"_a, "time"_a, "radius"_a, "length"_a, "time_constant"_a, "known"_a,
@@ -252,9 +254,10 @@ void bind_direct(nb::module_ &m)
     bound
         .def(nb::init<const nb::tuple &>(), "parameters"_a)
         .def("__call__", &DirectStepper::step, "y"_a, "rate"_a = 0.0, "first"_a = 0.0, "second"_a = 0.0,
+             "third"_a = 0.0,
              "u for the next sample of y, its rate and the scheduling variables from outside.")
         .def("advance", &DirectStepper::advance, "y"_a, "rate"_a, "passed"_a, "time_constant"_a, "first"_a = 0.0,
-             "second"_a = 0.0, "u for the next sample, `passed` seconds after the one before.")
+             "second"_a = 0.0, "third"_a = 0.0, "u for the next sample, `passed` seconds after the one before.")
         .def("reset", &DirectStepper::reset, "y"_a = 0.0, "Begin at rest at y. Without it the first accepted sample is where it begins.")
         .def("save", &DirectStepper::save, "Image of the state for `restore`.")
         .def("restore", &DirectStepper::restore, "image"_a, "Continue from a saved image, to the bit.")

@@ -25,13 +25,13 @@ class DirectBlock {
 
     void reset() { dehyst_direct_block_reset(&block_, &state_); }
 
-    double step(nb::handle y, nb::handle rate, nb::handle first, nb::handle second, bool on)
+    double step(nb::handle y, nb::handle rate, nb::handle first, nb::handle second, nb::handle third, bool on)
     {
-        const double given[DEHYST_GIVEN] = {sample_of(first), sample_of(second)};
+        const double given[DEHYST_GIVEN] = {sample_of(first), sample_of(second), sample_of(third)};
         return dehyst_direct_block_step(&block_, &state_, sample_of(y), sample_of(rate), given, on ? 1 : 0);
     }
 
-    // y (T,), rate and scheduling variables (T, 3), on (T,) -> u and flags, (T,).
+    // y (T,), rate and scheduling variables (T, 4), on (T,) -> u and flags, (T,).
     nb::tuple run(const In &y, const Table &more, const Switch &on)
     {
         const std::size_t samples = y.size();
@@ -70,7 +70,8 @@ void bind_direct_block(nb::module_ &m)
         .def(nb::init<const nb::tuple &, double, double, double>(), "parameters"_a, "line_slope"_a, "line_offset"_a,
              "fade"_a)
         .def("reset", &DirectBlock::reset, "Nothing remembered, flags cleared.")
-        .def("step", &DirectBlock::step, "y"_a.none(), "rate"_a.none(), "first"_a.none(), "second"_a.none(), "on"_a,
+        .def("step", &DirectBlock::step, "y"_a.none(), "rate"_a.none(), "first"_a.none(), "second"_a.none(),
+             "third"_a.none(), "on"_a,
              "u for the next sample.")
         .def("run", &DirectBlock::run, "y"_a, "more"_a, "on"_a, "(u (T,), flags (T,)).")
         .def_prop_ro("output", &DirectBlock::output, "Last good u.")

@@ -250,7 +250,7 @@ class ElementSum {
                                          [](int32_t source) { return source != DEHYST_BY_OUTPUT; });
         require(given || !outside, "a schedule follows a signal that is not given");
         require(!given || (given->shape(0) == signal.size() && given->shape(1) == DEHYST_GIVEN),
-                "two scheduling variables for each sample");
+                "three scheduling variables for each sample");
         Buffer answer(signal.size());
         Timed timed(view_, *pieces_, time_);
         std::size_t rejected = 0;
@@ -372,10 +372,16 @@ class ElementBlock {
 
     void reset() { dehyst_element_block_reset(&block_, &state_); }
 
-    double step(nb::handle x, nb::handle first, nb::handle second, bool on)
+    double step(nb::handle x, nb::handle first, nb::handle second, nb::handle third, bool on)
     {
-        const double given[DEHYST_GIVEN] = {sample_of(first), sample_of(second)};
+        const double given[DEHYST_GIVEN] = {sample_of(first), sample_of(second), sample_of(third)};
         return dehyst_element_block_step(&block_, &state_, sample_of(x), given, on ? 1 : 0);
+    }
+
+    void observe(nb::handle input, nb::handle output, nb::handle first, nb::handle second, nb::handle third)
+    {
+        const double given[DEHYST_GIVEN] = {sample_of(first), sample_of(second), sample_of(third)};
+        dehyst_element_block_observe(&block_, &state_, sample_of(input), sample_of(output), given);
     }
 
     nb::tuple run(const In &x, const Given &given, const Switch &on)
@@ -562,8 +568,10 @@ void bind_element_sum(nb::module_ &m)
         .def(nb::init<const ElementSum &, double, bool, int32_t, const In &, const In &, uint32_t>(), "sum"_a, "period"_a,
              "solves"_a, "delay"_a, "start"_a, "numbers"_a, "fingerprint"_a, nb::keep_alive<1, 2>())
         .def("reset", &ElementBlock::reset, "Nothing remembered, flags cleared.")
-        .def("step", &ElementBlock::step, "x"_a.none(), "first"_a.none(), "second"_a.none(), "on"_a,
+        .def("step", &ElementBlock::step, "x"_a.none(), "first"_a.none(), "second"_a.none(), "third"_a.none(), "on"_a,
              "Output for the next sample.")
+        .def("observe", &ElementBlock::observe, "input"_a.none(), "output"_a.none(), "first"_a.none(), "second"_a.none(),
+             "third"_a.none(), "Follow a sample that something else makes.")
         .def("run", &ElementBlock::run, "x"_a, "given"_a, "on"_a, "(outputs (T,), flags (T,)).")
         .def("save", &ElementBlock::save, "Image of the state.")
         .def("restore", &ElementBlock::restore, "image"_a, "Go on from an image; the core's answer, 0 if it was good.")

@@ -23,6 +23,7 @@ def map_values(u: _Array, v: _Array, x: _Array) -> _Array: ...
 
 DIRECT_GROUPS: int
 DIRECT_SCHEDULES: int
+DIRECT_GIVEN: int
 DIRECT_COEFFICIENTS: int
 _Direct = tuple[
     _Array,
@@ -61,7 +62,12 @@ class _Sampled:
 class DirectStepper(_Sampled):
     def __init__(self, parameters: _Direct) -> None: ...
     def __call__(
-        self, y: float, rate: float = 0.0, first: float = 0.0, second: float = 0.0
+        self,
+        y: float,
+        rate: float = 0.0,
+        first: float = 0.0,
+        second: float = 0.0,
+        third: float = 0.0,
     ) -> float: ...
     def advance(
         self,
@@ -71,6 +77,7 @@ class DirectStepper(_Sampled):
         time_constant: _Array,
         first: float = 0.0,
         second: float = 0.0,
+        third: float = 0.0,
     ) -> float: ...
     def reset(self, y: float = 0.0) -> None: ...
     def simulate(
@@ -185,6 +192,7 @@ class DirectBlock(_Machine):
         rate: float | None,
         first: float | None,
         second: float | None,
+        third: float | None,
         on: bool,
     ) -> float: ...
     def run(self, y: _Array, more: _Array, on: npt.NDArray[np.bool_]) -> tuple[_Array, _Words]: ...
@@ -322,8 +330,21 @@ class ElementBlock(_SavedMachine):
         fingerprint: int,
     ) -> None: ...
     def step(
-        self, x: float | None, first: float | None, second: float | None, on: bool
+        self,
+        x: float | None,
+        first: float | None,
+        second: float | None,
+        third: float | None,
+        on: bool,
     ) -> float: ...
+    def observe(
+        self,
+        input: float | None,
+        output: float | None,
+        first: float | None,
+        second: float | None,
+        third: float | None,
+    ) -> None: ...
     def run(self, x: _Array, given: _Array, on: npt.NDArray[np.bool_]) -> tuple[_Array, _Words]: ...
 
 # ---- The engine's bounded least squares.

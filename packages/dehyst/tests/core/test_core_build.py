@@ -186,7 +186,8 @@ def test_fast_math_does_delete_a_guard_by_isfinite(tmp_path):
     # Otherwise the test above would prove nothing about this compiler.
     naive = tmp_path / "guard.c"
     naive.write_text(
-        '#include <math.h>\n#include "dehyst.h"\nint dehyst_accept(dehyst_real x) { return isfinite(x); }\n',
+        '#include <math.h>\n#include "dehyst.h"\nint dehyst_accept(dehyst_real x) { return isfinite(x); }\n'
+        "int dehyst_accept_given(const dehyst_real x[DEHYST_GIVEN]) { return isfinite(x[0] + x[1] + x[2]); }\n",
         encoding="utf-8",
     )
     sources = [naive, *(s for s in SOURCES if s.name != "guard.c")]

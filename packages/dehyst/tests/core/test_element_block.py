@@ -77,7 +77,7 @@ def test_random_sums_are_undone_by_their_inverse_block_and_stay_within_their_lim
         np.testing.assert_allclose(found, x, atol=1e-9 * (high - low))
     for block in (forward, inverse):
         block.reset()
-        wild = rng.choice([np.nan, np.inf, -1e300, 1e99, 0.0, 1.0, -3.0, 5e-324], (3000, 3))
+        wild = rng.choice([np.nan, np.inf, -1e300, 1e99, 0.0, 1.0, -3.0, 5e-324], (3000, 4))
         out, _ = block.run(
             wild[:, 0], wild[:, 1] > 0, {name: wild[:, 1 + k] for k, name in enumerate(names)}
         )
@@ -170,6 +170,8 @@ def test_an_image_with_an_input_that_cannot_come_is_refused_since_what_follows_i
     place = 2 if late else 3  # behind both memories
     for far, refused in ((4e99, False), (6e99, True)):
         changed = with_number(image, place, far)
+        if not late:
+            changed = with_number(changed, place + 5, far)  # the largest of all up to the last
         if refused:
             with pytest.raises(ParameterError, match="cannot be here"):
                 other.restore(changed)

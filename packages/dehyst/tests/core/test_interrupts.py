@@ -47,7 +47,7 @@ def long_calls():
     n = 10_000_000
     x, few = noise(n), noise(1_000_000)
     ones, none = np.full(few.size, 1e-3), np.zeros(few.size, np.int64)
-    pairs = noise(2 * few.size).reshape(-1, 2)
+    pairs = noise(3 * few.size).reshape(-1, 3)
     bend = np.linspace(-1, 1, 20)
     rows = np.arange(0, n, n // 50)
     everett = np.zeros((200, 200))
@@ -83,7 +83,7 @@ def long_calls():
             few, few, np.arange(few.size) * 1e-3, pairs, none, model.time_constants
         ),
         "DirectBlock.run": lambda: _native.DirectBlock(model.parameters(1e-3), 1.0, 0.0, 1.0).run(
-            few, np.zeros((few.size, 3)), np.ones(few.size, bool)
+            few, np.zeros((few.size, 4)), np.ones(few.size, bool)
         ),
         "direct_bank": lambda: _native.direct_bank(few, few, R[1:9], R[1:9], R[1:9], False),
         "direct_forward": lambda: _native.direct_forward(*forward),

@@ -22,6 +22,7 @@ MODELS = {
     "every kind": lambda: element_model(),
     "every kind, identified inversely": lambda: element_model("inverse"),
     "scheduled": lambda: scheduled_model(),
+    "scheduled by three signals": lambda: scheduled_model(sources=(0, 1, 2)),
     "scheduled, identified inversely": lambda: scheduled_model("inverse", (0,)),
 }
 
@@ -93,9 +94,10 @@ def test_random_sums_have_the_bits_of_the_model_in_c_and_keep_to_the_tolerance_i
 )  # fmt: skip
 @pytest.mark.usefixtures("one_compiler")
 def test_every_target_is_verified_with_schedules_and_a_period(target, real, tmp_path):
-    model, what = (
-        (scheduled_model(), "inverse") if target != "fmu3" else (element_model(), "forward")
-    )
+    sources = (0, 1, 2) if real == "double" else (-1, 0, 1)
+    model, what = scheduled_model(sources=sources), "inverse"
+    if target == "fmu3":
+        model, what = element_model(), "forward"
     export(subject_of(model, what, name="unit_1", real=real, ramp=40), target, tmp_path / "out")
     assert [check for check in verify(tmp_path / "out") if not check.ok] == []
 

@@ -28,7 +28,7 @@ def test_the_walk_answers_as_the_core_does_to_the_bit(seed):
     dt = np.diff(0.01 * np.arange(x.size + 1.0))
     dt[rng.integers(x.size, size=40)] = rng.uniform(0.0, 0.2, 40)
     dt[::97] = 0.0
-    given = rng.uniform(-2.0, 2.0, (x.size, 2))
+    given = rng.uniform(-2.0, 2.0, (x.size, 3))
     memory = machine.rest(0.3)
     for steps in (dt, None):
         y, after, refused, _ = machine.run(x, steps, given, memory)

@@ -59,7 +59,7 @@ def test_sums_with_maps_and_schedules_are_their_definition(seed):
         seed, EXACT, schedules=BY_TWO, before_map=bend(rng, 0.2, 2.0), after_map=bend(rng, 0.2, 2.0)
     )
     x = signal(seed, 60)
-    dt, sigma = steps_of(x, seed), rng.uniform(-1.0, 3.0, (x.size, 2))
+    dt, sigma = steps_of(x, seed), rng.uniform(-1.0, 3.0, (x.size, 3))
     expected = answers(model, x, dt, -0.2, sigma)
     got = model.run(x, dt, model.rest(-0.2), sigma)[0]
     assert np.max(np.abs(got - expected)) < 1e-13 * (1.0 + np.max(np.abs(expected)))

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import dehyst
 from dehyst.errors import ExcitationError, ParameterError, RecordingError
+from dehyst.export import export, subject_of, verify
 from dehyst.families._columns import GROUPS, Pace, columns_of, shares
 from dehyst.families._elements import ElementModel
 from dehyst.report import write_report
@@ -146,6 +147,49 @@ def test_two_signals_are_told_apart():
     assert fit.test.rmse_percent < 1.0
 
 
+@pytest.fixture(scope="module")
+def of_three():
+    """A log whose gain, loop and level go with a signal each, and how the model of all three errs."""
+    x = strokes(40, 1)
+    t = DT * np.arange(x.size)
+    T, load = 50.0 + 30.0 * np.sin(1.3 * t), 5.0 + 5.0 * np.sin(2.9 * t)
+    voltage = 3.0 + 2.0 * np.sin(0.71 * t + 1.0)
+    y = (1.0 + 0.01 * T) * PLAYS.simulate(x) + 0.1 * load * (x - WIDE.simulate(x))
+    y += 0.15 * voltage * (1.0 + x) + 0.002 * np.random.default_rng(3).standard_normal(x.size)
+    signals = {"temperature": T, "load": load, "voltage": voltage}
+    record = dehyst.Recording(x, y, t, schedules=signals)
+    return record, dehyst.identify(record)
+
+
+@pytest.mark.slow
+def test_a_third_signal_is_told_apart_from_the_other_two(of_three):
+    record, fit = of_three
+    two = {name: record.schedules[name] for name in ("temperature", "load")}
+    without = dehyst.identify(replace(record, schedules=two, schedule_units={}))
+    assert fit.model.needs == ("temperature", "load", "voltage")
+    assert fit.test.rmse_percent < without.test.rmse_percent / 3.0
+    assert fit.test.rmse_percent < 1.0
+
+
+@pytest.mark.slow
+def test_the_inverse_undoes_a_model_of_three_signals_and_its_exported_c_has_its_bits(
+    of_three, tmp_path
+):
+    record, fit = of_three
+    model, signals = fit.model, record.schedules
+    y = model.simulate(record.input, record.time, **signals)
+    back = model.inverse().simulate(y, record.time, **signals)
+    np.testing.assert_allclose(back, record.input, atol=1e-12)
+    block = dehyst.block(model, "inverse", range=(-1.2, 1.2), period=DT)
+    steps, _ = block.run(y, given=signals)
+    np.testing.assert_allclose(steps, record.input, atol=1e-12)
+    unit = export(subject_of(model, "inverse", name="unit_1", ramp=40), "c", tmp_path / "out")
+    assert "temperature, dehyst_real load, dehyst_real voltage" in (
+        unit.folder / "src" / "unit_1.h"
+    ).read_text(encoding="utf-8")
+    assert [check for check in verify(unit.folder) if not check.ok] == []
+
+
 @pytest.mark.slow
 def test_a_saved_model_answers_alike(swaying, tmp_path):
     loaded = dehyst.load(swaying.model.save(tmp_path / "m.json"))
@@ -188,8 +232,8 @@ def test_signals_that_cannot_serve_are_refused_with_a_cure(swaying):
         replace(record, schedules={"temperature": np.full(len(record), np.nan)})
     with pytest.raises(ExcitationError, match="stays at 3"):
         dehyst.identify(replace(record, schedules={"temperature": np.full(len(record), 3.0)}))
-    with pytest.raises(ParameterError, match="2 signals at most"):
-        dehyst.identify(replace(plain(record), schedules={"a": T, "b": T, "c": T}))
+    with pytest.raises(ParameterError, match=r"3 signals at most\. Leave out"):
+        dehyst.identify(replace(plain(record), schedules=dict.fromkeys("abcd", T)))
     with pytest.raises(ParameterError, match="NAME=COLUMN"):
         dehyst.identify(replace(plain(record), schedules={"time": T}))
     with pytest.raises(ParameterError, match="same signals in the same units"):
@@ -198,7 +242,7 @@ def test_signals_that_cannot_serve_are_refused_with_a_cure(swaying):
         swaying.model.simulate(record.input, record.time)
 
 
-@given(data=st.data(), group=st.sampled_from(sorted(GROUPS)), schedules=st.integers(1, 2))
+@given(data=st.data(), group=st.sampled_from(sorted(GROUPS)), schedules=st.integers(1, 3))
 @settings(max_examples=40)
 def test_the_elements_of_scheduled_weights_are_the_weighted_columns(data, group, schedules):
     rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
@@ -208,7 +252,7 @@ def test_the_elements_of_scheduled_weights_are_the_weighted_columns(data, group,
     x = np.clip(np.cumsum(rng.normal(0.0, 0.1, 60)), -1.0, 1.0)
     dt = np.full(60, DT)
     dt[0] = 0.0
-    told = rng.uniform(0.0, 1.0, (60, 2))
+    told = rng.uniform(0.0, 1.0, (60, 3))
     ranges = tuple((source, 0.0, 1.0) for source in range(schedules))
     template = ElementModel(columns.cells, period=DT)
     e, _ = template.columns(x, dt, template.rest(float(x[0])))

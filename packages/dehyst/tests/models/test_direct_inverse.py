@@ -317,10 +317,7 @@ def test_no_sequence_of_samples_makes_an_answer_beyond_the_limits(samples):
         ({"stop_weights": [1.0]}, "has shape"),
         ({"polynomial": np.ones(9)}, "takes 1 to 8"),
         ({"viscous": [1.0, 2.0]}, "has shape"),
-        (
-            {"schedules": (Schedule("a", 0, 1), Schedule("b", 0, 1), Schedule("c", 0, 1))},
-            "at most 3",
-        ),
+        ({"schedules": tuple(Schedule(name, 0, 1) for name in "abcd")}, "at most 3"),
         ({"center": np.nan}, "not a finite number"),
     ],
 )

@@ -30,7 +30,7 @@ COMMON = {  # name of a field -> its flag and its help, the same in every comman
     "stop": ("--to", "Leave out samples from this time on [s]."),
     "schedules": (
         "--schedule",
-        "Column of another signal that changes the loop (load, temperature, voltage); repeat for a second.",
+        "Column of another signal that changes the loop (load, temperature, voltage); repeat for a second and a third.",
     ),
     "train_fraction": (
         "--train-fraction",

@@ -90,7 +90,7 @@ def check_name(name: str) -> str:
 def c_names(names: tuple[str, ...], in_use: tuple[str, ...]) -> tuple[str, ...]:
     """Return C names of further inputs: their own where all of them can have it, numbered ones otherwise."""
     words = tuple(map(identifier, names))
-    in_step = {*in_use, "measured", "on", "self", "given", "values"}
+    in_step = {*in_use, "applied", "measured", "on", "self", "given", "values"}
     if len(set(words)) == len(words) and in_step.isdisjoint(words):
         return words
     return tuple(f"given_{k + 1}" for k in range(len(names)))

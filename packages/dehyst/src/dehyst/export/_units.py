@@ -302,8 +302,8 @@ def element_unit(
                ("IMAGE_WORDS", f"DEHYST_ELEMENT_WORDS({n}, {delay})", "of a saved state")),
         held_bytes=(
             n * {4: 32, 8: 48}[size] + size * reals + {4: 64, 8: 80}[size],
-            size * (n + max(1, delay) + 5) + {4: 32, 8: 40}[size],
-            4 * (6 + size // 4 * (n + delay + 4)),
+            size * (n + max(1, delay) + 7) + {4: 32, 8: 40}[size],
+            4 * (6 + size // 4 * (n + delay + 6)),
         ),
         tolerance=tolerance,
     )  # fmt: skip

@@ -106,7 +106,15 @@ def element_machine(
     input = replace(card.input, low=numbers["input_low"], high=numbers["input_high"])
     output = replace(card.output, low=numbers["output_low"], high=numbers["output_high"])
     return models_kit.Machine(
-        native, p, input, output, _followed(model), 2, period=period, timed=_timed(model, direction)
+        native,
+        p,
+        input,
+        output,
+        _followed(model),
+        _native.DIRECT_GIVEN,
+        period=period,
+        timed=_timed(model, direction),
+        observes=True,
     )
 
 
@@ -149,7 +157,7 @@ def _usual(model: ElementModel, direction: models_kit.Direction) -> float:
 
 
 def _followed(model: ElementModel) -> tuple[SignalCard, ...]:
-    """Signals 0 and 1 that schedules follow, up to the last one that is used, with the ends of all that follow it."""
+    """Given signals that schedules follow, up to the last one that is used, with the ends of all that follow it."""
     last = -1
     ends: dict[int, tuple[float, float]] = {}
     for source, low, high in model.schedules:
@@ -257,7 +265,7 @@ def _slow(model: ElementModel, low: float, high: float) -> tuple[float, float]:
     ends = np.repeat([low, high, low, high], 2)
     x = np.ascontiguousarray(scaling.inward(ends))
     still = replace(model, dead_time=0.0)
-    middle = np.full((x.size, 2), 0.0)
+    middle = np.full((x.size, _native.DIRECT_GIVEN), 0.0)
     for source, below, above in model.schedules:
         if source >= 0:
             middle[:, source] = 0.5 * (below + above)

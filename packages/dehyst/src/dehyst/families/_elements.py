@@ -63,7 +63,7 @@ EDGE = 1e-6  # width of what stands beside the turn of a wing, scaled
 LAGS = ("creep", "relax", "past", "product")
 SQUARE = 17  # points
 MIDDLE = 1e12  # of a range so wide that what is scaled is in its middle
-SOURCES = 2  # signals that the core takes beside its input
+SOURCES: int = _native.DIRECT_GIVEN  # signals that the core takes beside its input
 AHEAD = 2  # numbers of the memory in front of the elements: the input of the sample before, and its step
 
 Pairs = tuple[tuple[float, ...], tuple[float, ...]]
@@ -191,11 +191,11 @@ class ElementModel(LoopModel):
     period
         Of the log it was identified from; for it the inverse is stable. 0: unknown, not checked, no dead time. [s]
     schedules
-        Source, low and high of each: -1 follows u of the sample before, 0 and 1 a given signal.
+        Source, low and high of each: -1 follows u of the sample before, 0, 1 and 2 a given signal.
     row
         Name of the family it belongs to.
     signals
-        Name and unit of the given signals 0 and 1; without them they are called signal_0 and signal_1.
+        Name and unit of the given signals 0, 1 and 2; without them they are called signal_0, signal_1 and signal_2.
     resonance
         At which the actuator rings (`dehyst.models.Resonance`), or its frequency [Hz] and damping; None: nothing is
         known of one.
@@ -646,7 +646,7 @@ class ElementModel(LoopModel):
     def run(
         self, x: Array, dt: Array | None, memory: Array, scheduling: Array | None = None
     ) -> tuple[Array, Array]:
-        """Evaluate the sum, or solve it; `scheduling` (T, 2) are the given signals."""
+        """Evaluate the sum, or solve it; `scheduling` (T, 3) are the given signals."""
         state, ring = np.split(memory, [AHEAD + len(self.elements)])
         # The ring holds the inputs that the dead time delays; the newest take the place of the oldest.
         late = np.concatenate([ring, x])
@@ -706,7 +706,7 @@ class ElementModel(LoopModel):
         )
 
     def _more(self, signals: Mapping[str, npt.ArrayLike], size: int) -> dict[str, Any]:
-        """Return the signals of the schedules as the argument ``scheduling``, (T, 2); {} if no schedule needs one."""
+        """Return the signals of the schedules as the argument ``scheduling``, (T, 3); {} if no schedule needs one."""
         by_name = self.given(signals, size)
         if not by_name:
             return {}
@@ -718,8 +718,8 @@ class ElementModel(LoopModel):
     def _signals(self, scheduling: Array | None) -> Array | None:
         if scheduling is None and self.context:
             raise ParameterError(
-                f"this {self.family} model is scheduled by a signal that is not given; pass scheduling=, (T, 2), one "
-                f"column for each of the signals 0 and 1."
+                f"this {self.family} model is scheduled by a signal that is not given; pass scheduling=, (T, 3), one "
+                f"column for each of the signals 0, 1 and 2."
             )
         return scheduling
 
@@ -835,10 +835,10 @@ def _schedule(schedule: Any) -> tuple[int, float, float]:
         ) from None
     low = models_kit.parameter_number(low, "low of a schedule")
     high = models_kit.parameter_number(high, "high of a schedule")
-    if source not in (-1, 0, 1) or not low < high:
+    if source not in (-1, *range(SOURCES)) or not low < high:
         raise ParameterError(
-            f"a schedule follows {source!r:.20} from {low:g} to {high:g}; its source is -1 (u of the sample before), 0 "
-            f"or 1 (given signals), and its range goes up."
+            f"a schedule follows {source!r:.20} from {low:g} to {high:g}; its source is -1 (u of the sample before), "
+            f"or 0 to {SOURCES - 1} (given signals), and its range goes up."
         )
     return int(source), low, high
 

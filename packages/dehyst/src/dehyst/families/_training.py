@@ -34,7 +34,7 @@ class Stretch:
     counts
         Which samples are compared, (T,); the others only move the memory.
     scheduling
-        Signals that schedules follow, (T, 2), as in the log; None where there are none.
+        Signals that schedules follow, (T, 3), as in the log; None where there are none.
     """
 
     x: Array

@@ -161,7 +161,7 @@ def without_gain(
 
 
 def scheduling_of(record: Recording, part: slice) -> Array | None:
-    """Return the signals of a part of a recording as the core takes them, (T, 2); None where there are none."""
+    """Return the signals of a part of a recording as the core takes them, (T, 3); None where there are none."""
     if not record.schedules:
         return None
     size = len(range(*part.indices(len(record))))

@@ -117,6 +117,15 @@ class Following:
         """Last good output."""
         return float(self._inner.output) + (self.offset.applied if self._forward else 0.0)
 
+    def observe(self, x: float | None, answer: float | None, *scheduling: float | None) -> None:
+        """Follow a sample that something else made: what would have gone in, and what would have come out."""
+        # The offset is a part of what the actuator's output shows, but not of what the model says.
+        shift = self.offset.applied
+        if self._forward:
+            self._inner.observe(x, None if answer is None else answer - shift, *scheduling)
+        else:
+            self._inner.observe(None if x is None else x - shift, answer, *scheduling)
+
     def reset(self) -> None:
         """Return to the start, without an offset and with nothing seen."""
         self._inner.reset()
@@ -415,6 +424,71 @@ class Block:
                 f"got {type(x).__name__} and {type(on).__name__}. Whole signals go through run()."
             ) from None
 
+    def observe(
+        self,
+        applied: float | None,
+        measured: float | None,
+        given: Mapping[str, float | None] | None = None,
+    ) -> None:
+        r"""Follow the actuator for a sample in which something else drives it, in place of `step`.
+
+        .. math::
+
+            x_{most} - r \le z \le x_{least} + r, \qquad
+            z \leftarrow \Pi\Bigl[z + \tfrac14 \frac{c\,b\,e}{\sum c^2 b}\Bigr]
+
+        The memory follows the input that was applied. A play z that no stroke has reached yet lies between two bounds,
+        b apart, of which the input up to now tells. What is missing to the measured output, e, moves each by its weight
+        c and its b, and never out of its bounds. After a stroke over 2r a play of radius r is known, and moved by the
+        input alone. The next step that is on goes on from there, without a ramp. Steps that are off make nothing known.
+
+        Parameters
+        ----------
+        applied
+            Input that the actuator got. [input of the actuator]
+        measured
+            Its output; None or NaN: nothing is learnt, the input is followed alone. For an actuator with a dead time it
+            is the output that belongs to this input. [output of the actuator]
+        given
+            Scheduling variables by name.
+
+        Raises
+        ------
+        ParameterError
+            If the block is of another kind than a sum of elements, or something is no number.
+
+        Examples
+        --------
+        An actuator comes from the top of its range, and its compensator does not know that:
+
+        >>> from dehyst.families.kit import ElementModel
+        >>> model = ElementModel([("input", 0.0, 0.0, 0.5), ("play", 0.4, 0.0, 0.5)])
+        >>> block, actuator = (Block(model, what, range=(-1.0, 1.0)) for what in ("inverse", "forward"))
+        >>> u = np.concatenate([np.linspace(1.0, 0.0, 50), np.linspace(0.0, 0.3, 50)])
+        >>> y = [actuator.step(value) for value in u]
+        >>> for applied, measured in zip(u[50:], y[50:], strict=True):
+        ...     block.observe(applied, measured)
+        >>> round(block.step(y[-1]), 6), round(Block(model, range=(-1.0, 1.0)).step(y[-1]), 6)
+        (0.3, 0.35)
+        """
+        if not self._machine.observes:
+            raise ParameterError(
+                f"a block of {self.model.family!r} has no observe(): that is for sums of elements. Step it with the "
+                f"measured output while something else drives the actuator, block.step(measured, on=False); its memory "
+                f"follows that."
+            )
+        inputs = self._further_inputs(given)
+        if self.following is not None:
+            inputs = [*inputs[:-1], *[0.0] * (_native.DIRECT_GIVEN - len(inputs) + 1)]
+        pair = (measured, applied) if self.direction == "inverse" else (applied, measured)
+        try:
+            self._native.observe(*pair, *inputs)
+        except (TypeError, ValueError, OverflowError):
+            raise ParameterError(
+                f"what was applied and measured is a number each, or None; got {type(applied).__name__} and "
+                f"{type(measured).__name__}."
+            ) from None
+
     def run(
         self,
         x: npt.ArrayLike,
@@ -494,7 +568,8 @@ class Block:
         if not self._machine.slots:
             return []
         # The core takes as many as it has slots; those that this model does not use are 0.
-        return [*self._ordered(inputs), 0.0, 0.0][: self._machine.slots]
+        values = self._ordered(inputs)
+        return [*values, *[0.0] * (self._machine.slots - len(values))]
 
     def _table(self, inputs: Mapping[str, npt.ArrayLike] | None, samples: int) -> tuple[Array, ...]:
         """Return the further inputs of many samples as the core takes them, (T, slots), if it takes any."""

@@ -149,7 +149,7 @@ class DirectInverse(Model):
     center
         c_0. [y]
     schedules
-        At most three, two of them from outside.
+        At most three.
     known
         Whether the actuator is at rest after a homing at the first sample: nothing is remembered then. Else any past is
         possible: a stop answers in the middle of what it may be, 0 at first.
@@ -499,10 +499,11 @@ class DirectInverse(Model):
         return float(self.card.provenance.get("settings", {}).get("period", 0.0))
 
     def core_stepper(self, period: float) -> DirectStepper:
-        """Return the step of exported code, for samples `period` apart: ``step(y, rate, first, second)`` answers u.
+        """Return the step of exported code, for samples `period` apart: ``step(y, rate, first, second, third)``
+        answers u.
 
-        `first` and `second` are the scheduling variables from outside in the order of `outside`. `inverse` has the
-        step of every model, which takes the rate from the samples.
+        `first`, `second` and `third` are the scheduling variables from outside in the order of `outside`. `inverse` has
+        the step of every model, which takes the rate from the samples.
 
         It begins at rest at the first sample that it accepts, as `run` does; ``step.reset(y)`` begins at rest at
         y. A sample that is not finite is rejected: the last answer is held and nothing moves, `step.rejected` says so,
@@ -687,8 +688,8 @@ class DirectInverse(Model):
         return DirectRun(table[:, 0].copy(), table[:, 1].copy(), table[:, 2:].copy())
 
     def _scheduling(self, signals: Mapping[str, npt.ArrayLike], size: int) -> Array:
-        """Return the variables from outside as the core takes them: two columns, used or not."""
-        table = np.zeros((size, 2))
+        """Return the variables from outside as the core takes them: three columns, used or not."""
+        table = np.zeros((size, _native.DIRECT_GIVEN))
         for column, schedule in enumerate(self.outside):
             if schedule.name not in signals:
                 raise ParameterError(
@@ -875,10 +876,8 @@ def _not_negative(table: Array, name: str) -> Array:
 
 def _check_schedules(schedules: tuple[Schedule, ...]) -> None:
     names = [schedule.name for schedule in schedules]
-    # The core takes two signals from outside; a third schedule can only follow the output itself.
-    from_outside = len(names) - names.count(OUTPUT)
-    too_many = from_outside > 2 or len(names) > _native.DIRECT_SCHEDULES
-    if too_many or len(set(names)) < len(names):
+    if len(names) > _native.DIRECT_SCHEDULES or len(set(names)) < len(names):
         raise ParameterError(
-            f"schedules {names}: at most {_native.DIRECT_SCHEDULES} with different names, two of them from outside."
+            f"schedules {names}: at most {_native.DIRECT_SCHEDULES} with different names. Leave out those that change "
+            f"the loop least."
         )

@@ -268,8 +268,8 @@ def direct_machine(
     p = DirectParameters(tuple(numbers), slope, offset, 1.0 / ramp)
     rate = SignalCard(RATE, "", None, None)
     return Machine(
-        _native.DirectBlock(p.direct, p.line_slope, p.line_offset, p.fade), p, input, output, (rate, *model.context), 3,
-        {RATE: 0.0}, float(period), True, False,
+        _native.DirectBlock(p.direct, p.line_slope, p.line_offset, p.fade), p, input, output, (rate, *model.context),
+        1 + _native.DIRECT_GIVEN, {RATE: 0.0}, float(period), True, False,
     )  # fmt: skip
 
 

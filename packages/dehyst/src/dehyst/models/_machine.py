@@ -47,6 +47,8 @@ class Machine:
         Whether answers depend on it.
     saved
         Whether the state has an image.
+    observes
+        Whether its memory can follow what something else applied to the actuator.
     """
 
     native: Any
@@ -59,6 +61,7 @@ class Machine:
     period: float = 0.0
     timed: bool = False
     saved: bool = True
+    observes: bool = False
 
 
 def declared_range(card: SignalCard, bounds: tuple[float, float] | None) -> tuple[float, float]:
