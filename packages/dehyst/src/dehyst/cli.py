@@ -137,12 +137,9 @@ def _parameter(entry: Field[Any], hint: Any) -> Parameter:
         typed = typer.Argument(help=about, metavar=metavar)
     else:
         # An option without words of its own means the same in all commands that have it.
-        flag = entry.metadata["flag"]
         if not about:
-            flag, about = requests.COMMON[entry.name]
-        typed = typer.Option(
-            flag or f"--{entry.name.replace('_', '-')}", help=about, metavar=metavar
-        )
+            about = requests.COMMON[entry.name][1]
+        typed = typer.Option(_flag(entry), help=about, metavar=metavar)
     if get_args(hint)[1:] == (...,):
         hint, default = list[get_args(hint)[0]], default or None  # type: ignore[misc]
     if default is MISSING:
@@ -165,6 +162,39 @@ def _loaded(module: str) -> ModuleType:
     return loaded
 
 
+def _run() -> None:
+    for command in COMMANDS:
+        if command.name in sys.argv[1:2]:
+            _refuse_repeated(command, sys.argv[2:])
+    app()
+
+
+def _refuse_repeated(command: Command, words: list[str]) -> None:
+    """Refuse an option of one value that was typed twice: the first value would be lost without a word."""
+    hints = get_type_hints(command.request)
+    for entry in fields(command.request):
+        if "argument" in entry.metadata or get_args(hints[entry.name])[1:] == (...,):
+            continue
+        flag = _flag(entry)
+        typed = [word for word in words if word == flag or word.startswith(f"{flag}=")]
+        if len(typed) > 1:
+            cure = "Leave one of them out."
+            if flag in ("--input", "--output"):
+                cure = (
+                    "Several inputs or outputs: dehyst coupled. One of each: leave the others out."
+                )
+            raise ParameterError(
+                f"{flag} was typed {len(typed)} times, and dehyst {command.name} takes one value for it. {cure}",
+                option=flag,
+            )
+
+
+def _flag(entry: Field[Any]) -> str:
+    if entry.metadata["about"]:
+        return entry.metadata["flag"] or f"--{entry.name.replace('_', '-')}"
+    return requests.COMMON[entry.name][0]
+
+
 for _command in COMMANDS:
     add(_command)
 
@@ -174,4 +204,4 @@ def main() -> None:
     words = [word for word in sys.argv[1:] if not word.startswith("-")]
     if not words or words[0] not in {command.name for command in COMMANDS}:
         add_packages()  # looking for them takes longer than everything else here
-    end(app)
+    end(_run)

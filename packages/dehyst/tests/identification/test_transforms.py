@@ -38,7 +38,9 @@ def test_a_power_that_the_rig_has_is_found_and_named(power, low):
     recording = log(power, low)
     fit = dehyst.identify(recording)
     assert f"acts on the {power} of u" in fit.model.remarks
-    assert fit.test.rmse_percent < 0.8 * dehyst.identify(recording, "full-sum").test.rmse_percent
+    ramps = dehyst.identify(recording, "full-sum")
+    assert fit.test.rmse_percent < 0.9 * ramps.test.rmse_percent
+    assert fit.model.free_parameters < 0.6 * ramps.model.free_parameters
 
 
 def test_a_negative_range_is_of_one_sign_too():

@@ -58,8 +58,10 @@ def run_coupled(request: CoupledRequest) -> None:
         return
     _print(fit, records)
     print_findings(fit.warnings)
-    following = ""
-    if request.save is not None:
+    following, model_fault = "", fit.model.no_inverse
+    if request.save is not None and model_fault:
+        following = command("simulate", request.save, "inputs.csv")
+    elif request.save is not None:
         following = command("compensate", request.save, "reference.csv", out="demand.csv")
     else:
         more = {"input": list(request.inputs), "output": list(request.outputs)}
@@ -74,8 +76,8 @@ def _name_columns(request: CoupledRequest) -> None:
     summary = inspect_log(request.logs[0], request.run, sheet=request.sheet)
     print_columns(terminal(stderr=True), summary.columns)
     raise ColumnError(
-        f"{len(request.inputs)} inputs and {len(request.outputs)} outputs are named, and two or more inputs and one or "
-        f"two outputs are needed. Type: "
+        f"inputs named: {len(request.inputs)}, outputs named: {len(request.outputs)}. Needed are two inputs or more, "
+        f"and one output or two, each with an option of its own. Type: "
         f"{command('coupled', *request.logs, input=['COLUMN', 'COLUMN'], output=['COLUMN', 'COLUMN'])}",
         columns=tuple(column.name for column in summary.columns),
     )
@@ -96,21 +98,18 @@ def _print(fit: CoupledFit, records: list[Recording]) -> None:
     samples = sum(record.samples for record in records)
     names = ", ".join(card.name for card in model.inputs)
     out.print(
-        f"{names} move {' and '.join(one.name for one in fit.outputs)}: {model.free_parameters} numbers from {samples} "
-        f"samples",
+        f"{names} move {' and '.join(one.name for one in fit.outputs)}: {model.free_parameters} parameters "
+        f"from {samples} samples",
         style="bold",
     )
     out.print()
     rows = []
     for one in fit.outputs:
-        rows.append(
-            (
-                one.name, f"{one.test_percent:.2f}", f"{one.left_out_percent:.2f}", f"{one.alone_percent:.2f}",
-                f"{one.curve_percent:.2f}",
-            )
-        )  # fmt: skip
-    out.print("rms errors, percent of the range of the output", style="dim")
-    out.print(table(("output", ">held out", ">left out", ">own input alone", ">curves"), rows))
+        errors = (one.test_percent, one.alone_percent, one.curve_percent)
+        rows.append((one.name, *(f"{error:.2f}" for error in errors), one.own))
+    out.print("rms errors on held-out samples, percent of the range of the output", style="dim")
+    heads = ("output", ">all inputs", ">own input alone", ">curves", "own input")
+    out.print(table(heads, rows))
     out.print()
     effect_rows = []
     for one in fit.outputs:
@@ -121,7 +120,7 @@ def _print(fit: CoupledFit, records: list[Recording]) -> None:
     out.print()
     for name, percent in fit.input_percent.items():
         out.print(
-            f"inverse: asks for {name} within {percent:.2f} % of its range (rms, held out)",
+            f"inverse: asks for {name} within {percent:.2f} % of its range (rms, held-out samples)",
             soft_wrap=True,
         )
     out.print(fit.certificate, soft_wrap=True)

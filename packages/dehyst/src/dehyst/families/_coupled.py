@@ -251,6 +251,11 @@ class CoupledModel(Model):
 
     def rested(self, inputs: Sequence[float]) -> Self:
         """Return the same model at rest at other inputs, (n,). [input]"""
+        if len(inputs) != len(self.inputs):
+            raise ParameterError(
+                f"{len(inputs)} inputs to rest at, and the model has {len(self.inputs)}: "
+                f"{', '.join(card.name for card in self.inputs)}. Pass a value for each."
+            )
         return replace(self, rest=tuple(inputs))
 
     def stepper(self, period: float | None = None) -> Any:
@@ -315,7 +320,10 @@ class CoupledModel(Model):
             raise ParameterError(
                 f"time has the shape {stamps.shape}; pass {size} increasing numbers. [s]"
             )
-        return np.ascontiguousarray(np.diff(stamps, prepend=stamps[:1]))
+        dt = np.diff(stamps, prepend=stamps[:1])
+        # On a machine the first sample comes a period after the rest.
+        dt[0] = self.period or (dt[1] if size > 1 else 0.0)
+        return np.ascontiguousarray(dt)
 
     def _scaled(self, u: Array) -> list[Array]:
         columns = []
@@ -508,8 +516,15 @@ class InverseCoupled(models_kit.Inverted[CoupledModel]):
             )
         u = np.zeros((size, len(model.inputs)))
         for i, card in enumerate(model.inputs):
-            if i != own:
-                u[:, i] = np.broadcast_to(np.asarray(known[card.name], dtype=np.float64), (size,))
+            if i == own:
+                continue
+            values = np.asarray(known[card.name], dtype=np.float64)
+            if values.shape not in ((), (size,)):
+                raise ParameterError(
+                    f"{card.name} has the shape {values.shape} for {size} wanted outputs; pass one value for each.",
+                    shape=values.shape,
+                )
+            u[:, i] = values
         return model._columns(u, model.inputs, "known inputs")
 
 

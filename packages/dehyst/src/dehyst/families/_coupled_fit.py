@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -88,9 +89,8 @@ class FittedOutput:
         Groups of columns that were chosen.
     signs
         s_i of each input.
-    score, curve_score, alone_score
-        Error on what is left out, rms, scaled: of the chosen sums, of curves of all inputs without memory, and of the
-        own input alone.
+    score
+        Error on what is left out, rms, scaled.
     kkt
         Violation of the optimality conditions, relative.
     """
@@ -98,16 +98,26 @@ class FittedOutput:
     terms: tuple[str, ...]
     signs: tuple[float, ...]
     score: float
-    curve_score: float
-    alone_score: float
     kkt: float
 
 
 @dataclass(frozen=True, eq=False)
 class FittedCoupled:
-    """The model and what is known of each output."""
+    """The model, what it has to beat, and what is known of each output.
+
+    Attributes
+    ----------
+    model
+        Of all inputs.
+    alone, curves
+        Of the own input of each output alone, and of curves of all inputs without memory.
+    outputs
+        What was chosen for each.
+    """
 
     model: CoupledModel
+    alone: CoupledModel
+    curves: CoupledModel
     outputs: tuple[FittedOutput, ...]
 
 
@@ -237,38 +247,41 @@ def fit_coupled(
         effects.append(fit.effects(plays, fit.weights(plays, FIRST, None, LEAST)))
         fits.append(fit)
     own = _own(np.array(effects))
-    chosen = []
-    for fit, number in zip(fits, own, strict=True):
-        chosen.append(_terms(fit, number, every, timed))
-    for floor in FLOORS:
+    chosen = [_terms(fit, number, every, timed) for fit, number in zip(fits, own, strict=True)]
+
+    def model_of(
+        choices: Sequence[Choice], floor: float
+    ) -> tuple[CoupledModel, list[SumsOfOutput]]:
         made = []
-        for fit, number, (terms, regularisation, _) in zip(fits, own, chosen, strict=True):
-            made.append(_sums(fit, terms, regularisation, number, floor, every))
+        for fit, number, choice in zip(fits, own, choices, strict=True):
+            made.append(_sums(fit, choice, number, floor))
         paths = _paths(made, scalings, period)
-        model = CoupledModel(paths, tuple(inputs), tuple(outputs), tuple(rest), period)
-        if len(outputs) == 1 or len(inputs) != 2 or model.determinant > LEAST_DETERMINANT:
-            break
-    else:
-        # No floor makes the inverse certain: the sums without one err least.
-        made = []
-        for fit, number, (terms, regularisation, _) in zip(fits, own, chosen, strict=True):
-            made.append(_sums(fit, terms, regularisation, number, LEAST, every))
-        model = replace(model, paths=_paths(made, scalings, period))
-        floor = LEAST
+        return CoupledModel(paths, tuple(inputs), tuple(outputs), tuple(rest), period), made
+
+    model, made = model_of(chosen, LEAST)
+    if len(outputs) == len(inputs) == 2:
+        for floor in FLOORS:
+            firmer, sums = model_of(chosen, floor)
+            if firmer.determinant > LEAST_DETERMINANT:
+                model, made = firmer, sums
+                break
+    alone, _ = model_of(
+        [one._replace(inputs=(i,)) for one, i in zip(chosen, own, strict=True)], LEAST
+    )
+    curves, _ = model_of([Choice(CURVES, FIRST, every, 0.0)] * len(fits), LEAST)
     results = []
-    for fit, number, (terms, regularisation, _), one in zip(fits, own, chosen, made, strict=True):
-        columns = rows.of(terms, every)
-        results.append(
-            FittedOutput(
-                terms,
-                fit.signs,
-                fit.score(columns, regularisation, number, floor),
-                fit.score(rows.of(CURVES, every), FIRST, None, 0.0),
-                fit.score(rows.of(terms, (number,)), regularisation, number, floor),
-                one.kkt,
-            )
-        )
-    return FittedCoupled(model, tuple(results))
+    for fit, choice, one in zip(fits, chosen, made, strict=True):
+        results.append(FittedOutput(choice.terms, fit.signs, choice.score, one.kkt))
+    return FittedCoupled(model, alone, curves, tuple(results))
+
+
+class Choice(NamedTuple):
+    """Terms of an output, their regularisation, the inputs that take part, and the error on what is left out."""
+
+    terms: tuple[str, ...]
+    regularisation: RampRegularisation
+    inputs: tuple[int, ...]
+    score: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -302,38 +315,31 @@ def _own(effects: Array) -> tuple[int, ...]:
     return (0, 1) if straight >= crossed else (1, 0)
 
 
-def _terms(
-    fit: OutputFit, own: int, every: tuple[int, ...], timed: bool
-) -> tuple[tuple[str, ...], RampRegularisation, float]:
-    """Return the groups, the regularisation and the score that err least on what is left out."""
-    scored = []
-    for terms in TERMS if timed else TIMELESS:
-        columns = fit.rows.of(terms, every)
-        of_terms = []
-        for regularisation in (FIRST, *OTHERS):
-            of_terms.append((terms, regularisation, fit.score(columns, regularisation, own, LEAST)))
-        scored.append(min(of_terms, key=lambda one: one[2]))
-    least = min(score for *_, score in scored)
-    # The first, smallest, one that is as good.
-    return next(one for one in scored if one[2] <= POLICY.smaller_model * least)
+def _terms(fit: OutputFit, own: int, every: tuple[int, ...], timed: bool) -> Choice:
+    """Return the groups, the inputs and the regularisation that err least on what is left out."""
+    choices = []
+    # Sums of the own input alone come first: of those that are as good the smallest is taken.
+    for inputs in ((own,), every):
+        for terms in TERMS if timed else TIMELESS:
+            columns = fit.rows.of(terms, inputs)
+            of_terms = []
+            for regularisation in (FIRST, *OTHERS):
+                score = fit.score(columns, regularisation, own, LEAST)
+                of_terms.append(Choice(terms, regularisation, inputs, score))
+            choices.append(min(of_terms, key=lambda one: one.score))
+    least = min(one.score for one in choices)
+    return next(one for one in choices if one.score <= POLICY.smaller_model * least)
 
 
-def _sums(
-    fit: OutputFit,
-    terms: tuple[str, ...],
-    regularisation: RampRegularisation,
-    own: int,
-    floor: float,
-    every: tuple[int, ...],
-) -> SumsOfOutput:
+def _sums(fit: OutputFit, choice: Choice, own: int, floor: float) -> SumsOfOutput:
     """Return the sums of an output, fitted to all rows, without the terms that hardly matter."""
     rows = fit.rows
-    columns = rows.of(terms, every)
-    weights = fit.weights(columns, regularisation, own, floor)
+    columns = rows.of(choice.terms, choice.inputs)
+    weights = fit.weights(columns, choice.regularisation, own, floor)
     probed = np.vstack(list(_probed(rows, fit.signs)))[:, columns]
     values = fit.values[:, columns]
     of_log = np.arange(len(values) + len(probed)) < len(values)
-    score = fit.score(columns, regularisation, own, floor)
+    score = choice.score or fit.score(columns, choice.regularisation, own, floor)
     teacher = Teacher(
         np.vstack([values, probed]),
         np.concatenate([rows.weight, np.full(len(probed), rows.weight.sum() / len(probed))]),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import date
 from typing import Any
@@ -22,6 +22,7 @@ from dehyst.models import ModelCard, SignalCard
 from dehyst.version import __version__
 
 PERCENT = 100.0
+FEWEST = 200  # samples
 SEEN = 0.9  # of the range of an input, over which its memory is taken to be known
 
 
@@ -38,11 +39,9 @@ class CoupledOutput:
     effects
         Input -> how far this input alone moves the output along the log, highest less lowest; negative where the output
         falls with it. [output]
-    test_percent
-        On held-out samples; on all samples if none were held out.
-    left_out_percent, alone_percent, curve_percent
-        On what was left out of the fitted part in turn: of the model, of the own input alone, and of curves of all
-        inputs without memory.
+    test_percent, alone_percent, curve_percent
+        On held-out samples, on all samples if none were held out: of the model, of the own input alone, and of curves
+        of all inputs without memory.
     terms
         Groups of elements of its sums.
     """
@@ -52,7 +51,6 @@ class CoupledOutput:
     own: str
     effects: dict[str, float]
     test_percent: float
-    left_out_percent: float
     alone_percent: float
     curve_percent: float
     terms: tuple[str, ...]
@@ -97,7 +95,7 @@ class CoupledFit:
             return f"one value of {own} for each {self.outputs[0].name} while the other inputs are known."
         return (
             f"one pair of inputs for each pair of outputs, in every state: the determinant of the slopes is at least "
-            f"{self.determinant:.2g} of the ranges."
+            f"{self.determinant:.2g}, and there are two answers only where it is below 0."
         )
 
     def as_dict(self) -> dict[str, Any]:
@@ -118,11 +116,11 @@ class CoupledFit:
 
     def __str__(self) -> str:
         """Three or four lines: an error for each output, the certificate."""
-        lines = [f"{len(self.model.inputs)} inputs, {self.model.free_parameters} numbers"]
+        lines = [f"{len(self.model.inputs)} inputs, {self.model.free_parameters} parameters"]
         for one in self.outputs:
             effects = ", ".join(f"{name} {effect:+.3g}" for name, effect in one.effects.items())
             lines.append(
-                f"{one.name}: {one.test_percent:.2f} % of range held out; own input alone {one.alone_percent:.2f}, "
+                f"{one.name}: {one.test_percent:.2f} % of range held out; {one.own} alone {one.alone_percent:.2f}, "
                 f"curves {one.curve_percent:.2f}; moved by {effects} {one.unit}".rstrip()
             )
         lines.append(self.certificate)
@@ -146,8 +144,12 @@ def identify_coupled(
     """
     _check_names(records, inputs, outputs)
     ends = split_recordings(records, train_fraction).ends
-    if not any(ends):
-        raise ParameterError("nothing is fitted; pass a train_fraction above 0.")
+    if sum(ends) < FEWEST:
+        raise ExcitationError(
+            f"{sum(ends)} samples are fitted, and several inputs need {FEWEST} or more: each has to go over its range, "
+            f"alone and together with the others. Log longer, or pass a larger train_fraction (--train-fraction).",
+            samples=sum(ends),
+        )
     u = [np.column_stack([_signal(record, name) for name in inputs]) for record in records]
     y = [np.column_stack([_signal(record, name) for name in outputs]) for record in records]
     fitted_u = np.concatenate([values[:end] for values, end in zip(u, ends, strict=True)])
@@ -155,41 +157,31 @@ def identify_coupled(
     _check_motion(fitted_u, inputs, fitted_y, outputs)
     center, half = _middle(fitted_u)
     level, amplitude = _middle(fitted_y)
-    counts = [
-        _counted(record, values, end, half)
-        for record, values, end in zip(records, u, ends, strict=True)
-    ]
-    trainings = []
-    for i in range(len(inputs)):
-        stretches = []
-        for record, values, counted, end in zip(records, u, counts, ends, strict=True):
-            stretches += _stretches(record, (values[:, i] - center[i]) / half[i], counted, end)
-        trainings.append(
-            Training(tuple(stretches), Scaling(center[i], half[i], level[0], amplitude[0]), "none")
-        )
-    scaled = []
-    for j in range(len(outputs)):
-        parts = []
-        for record, values, end in zip(records, y, ends, strict=True):
-            for piece in _pieces(record, end):
-                parts.append((values[piece, j] - level[j]) / amplitude[j])
-        scaled.append(tuple(parts))
     scalings = []
     for j in range(len(outputs)):
         scalings.append(
             [Scaling(center[i], half[i], level[j], amplitude[j]) for i in range(len(inputs))]
         )
-    training = families_kit.CoupledTraining(tuple(trainings), tuple(scaled))
-    period = _period(records)
-    with single_blas():
-        fitted = families_kit.fit_coupled(
-            training,
-            _cards(records[0], inputs, fitted_u),
-            _cards(records[0], outputs, fitted_y),
-            scalings,
-            u[0][0].tolist(),
-            period,
-        )
+    cards = (
+        _cards(records[0], inputs, np.concatenate(u)),
+        _cards(records[0], outputs, np.concatenate(y)),
+    )
+
+    def fitted_with(counts: Sequence[Mask]) -> families_kit.FittedCoupled:
+        training = _training(records, u, y, ends, counts, scalings)
+        with single_blas():
+            return families_kit.fit_coupled(
+                training, *cards, scalings, u[0][0].tolist(), _period(records)
+            )
+
+    known = [
+        _known(record, values, end, half)
+        for record, values, end in zip(records, u, ends, strict=True)
+    ]
+    every = [_counted(record) for record in records]
+    fitted = fitted_with(every)
+    if _begins_elsewhere(fitted.model, records, u, y, ends, known):
+        fitted = fitted_with([a & b for a, b in zip(every, known, strict=True)])
     provenance = {
         "log": records[0].name, "inputs": list(inputs), "outputs": list(outputs), "dehyst": __version__,
         "date": date.today().isoformat(),
@@ -197,6 +189,55 @@ def identify_coupled(
     model = fitted.model
     model = model.with_card(ModelCard(model.inputs[0], model.outputs[0], provenance))
     return _judged(model, fitted, records, u, y, ends)
+
+
+def _training(
+    records: Sequence[Recording],
+    u: Sequence[Array],
+    y: Sequence[Array],
+    ends: Sequence[int],
+    counts: Sequence[Mask],
+    scalings: Sequence[Sequence[Scaling]],
+) -> families_kit.CoupledTraining:
+    """Return the fitted part of all recordings, scaled."""
+    trainings = []
+    for i, scaling in enumerate(scalings[0]):
+        stretches = []
+        for record, values, counted, end in zip(records, u, counts, ends, strict=True):
+            stretches += _stretches(record, np.asarray(scaling.inward(values[:, i])), counted, end)
+        trainings.append(Training(tuple(stretches), scaling, "none"))
+    outputs = []
+    for j, of_output in enumerate(scalings):
+        scaling = of_output[0]
+        parts = []
+        for record, values, end in zip(records, y, ends, strict=True):
+            for piece in _pieces(record, end):
+                parts.append((values[piece, j] - scaling.level) / scaling.amplitude)
+        outputs.append(tuple(parts))
+    return families_kit.CoupledTraining(tuple(trainings), tuple(outputs))
+
+
+def _begins_elsewhere(
+    model: families_kit.CoupledModel,
+    records: Sequence[Recording],
+    u: Sequence[Array],
+    y: Sequence[Array],
+    ends: Sequence[int],
+    known: Sequence[Mask],
+) -> bool:
+    """Whether a log does not begin at rest: samples before the memory is known are missed by far more than others."""
+    early, later = [], []
+    for record, inputs, outputs, end, at in zip(records, u, y, ends, known, strict=True):
+        for piece in _pieces(record, end):
+            begun = model.rested(inputs[piece.start].tolist())
+            time = None if record.time is None else record.time[piece]
+            square = (begun.simulate(inputs[piece], time) - outputs[piece]) ** 2
+            early.append(square[~at[piece]])
+            later.append(square[at[piece]])
+    of_early, of_later = np.concatenate(early), np.concatenate(later)
+    if not of_early.size or not of_later.size:
+        return False
+    return bool(np.any(of_early.mean(axis=0) > POLICY.begins_elsewhere**2 * of_later.mean(axis=0)))
 
 
 def _judged(
@@ -208,55 +249,90 @@ def _judged(
     ends: Sequence[int],
 ) -> CoupledFit:
     """Simulate forward and back along the records, and compare on held-out samples."""
-    tested = [end < len(record) for record, end in zip(records, ends, strict=True)]
-    misses, input_misses = [], []
-    for record, inputs, outputs, end in zip(records, u, y, ends, strict=True):
-        for piece in record.pieces:
-            begun = model.rested(inputs[piece.start].tolist())
-            time = None if record.time is None else record.time[piece]
-            part = slice(max(end - piece.start, 0) if any(tested) else 0, None)
-            misses.append((begun.simulate(inputs[piece], time) - outputs[piece])[part])
-            if not model.no_inverse:
-                demand = _demand(begun, inputs[piece], outputs[piece], time)
-                input_misses.append((demand - inputs[piece])[part])
-    ranges = [robust_range([values[:, j] for values in y]) for j in range(len(model.outputs))]
-    rms = PERCENT * np.sqrt(np.mean(np.concatenate(misses) ** 2, axis=0)) / ranges
-    input_percent = {}
-    if input_misses:
-        input_ranges = [
-            robust_range([values[:, i] for values in u]) for i in range(len(model.inputs))
-        ]
-        back = PERCENT * np.sqrt(np.mean(np.concatenate(input_misses) ** 2, axis=0)) / input_ranges
-        names = [card.name for card in model.inputs]
-        if len(model.outputs) == 1:
-            names = [names[model.own[0]]]
-            back = back[[model.own[0]]]
-        input_percent = dict(zip(names, back.tolist(), strict=True))
-    results = []
+    ranges = np.array(
+        [robust_range([values[:, j] for values in y]) for j in range(len(model.outputs))]
+    )
+    errors = []
+    for rival in (model, fitted.alone, fitted.curves):
+        errors.append(PERCENT * _forward_error(rival, records, u, y, ends) / ranges)
+    results, findings = [], []
     for j, (card, one) in enumerate(zip(model.outputs, fitted.outputs, strict=True)):
-        share = PERCENT * abs(model.paths[j][0].scaling.amplitude) / ranges[j]
+        own = model.inputs[model.own[j]].name
+        test, alone, curve = (float(error[j]) for error in errors)
+        effects = _effects(model, records, u, j)
         results.append(
-            CoupledOutput(
-                card.name,
-                card.unit,
-                model.inputs[model.own[j]].name,
-                _effects(model, records, u, j),
-                float(rms[j]),
-                share * one.score,
-                share * one.alone_score,
-                share * one.curve_score,
-                one.terms,
-            )
+            CoupledOutput(card.name, card.unit, own, effects, test, alone, curve, one.terms)
         )
+        if not test < alone:
+            findings.append(
+                Finding(
+                    "coupling-not-shown",
+                    f"on held-out samples {card.name} errs by {test:.2f} % of range with all inputs and by "
+                    f"{alone:.2f} % with {own} alone: this log does not show what the other inputs do to it. "
+                    f"Log longer, each input over its range alone first and then all together, or take {own} as its "
+                    f"only input: dehyst identify.",
+                )
+            )
     pair = len(model.outputs) == 2 and len(model.inputs) == 2
     return CoupledFit(
         model,
         tuple(results),
-        input_percent,
+        _input_errors(model, records, u, y, ends),
         model.determinant if pair else None,
         max(one.kkt for one in fitted.outputs),
-        tuple(finding for record in records for finding in record.findings),
+        (*(finding for record in records for finding in record.findings), *findings),
     )
+
+
+def _forward_error(
+    model: families_kit.CoupledModel,
+    records: Sequence[Recording],
+    u: Sequence[Array],
+    y: Sequence[Array],
+    ends: Sequence[int],
+) -> Array:
+    """Rms of what a model misses of each output on held-out samples, (m,). [outputs]"""
+    misses = []
+    for time, inputs, outputs, first in _parts_of(records, u, y, ends):
+        begun = model.rested(inputs[0].tolist())
+        misses.append((begun.simulate(inputs, time) - outputs)[first:])
+    return np.asarray(np.sqrt(np.mean(np.concatenate(misses) ** 2, axis=0)))
+
+
+def _input_errors(
+    model: families_kit.CoupledModel,
+    records: Sequence[Recording],
+    u: Sequence[Array],
+    y: Sequence[Array],
+    ends: Sequence[int],
+) -> dict[str, float]:
+    """Input -> rms of what the inverse asks for, less what was applied, on held-out samples; percent of range."""
+    if model.no_inverse:
+        return {}
+    misses = []
+    for time, inputs, outputs, first in _parts_of(records, u, y, ends):
+        begun = model.rested(inputs[0].tolist())
+        misses.append((_demand(begun, inputs, outputs, time) - inputs)[first:])
+    rms = np.sqrt(np.mean(np.concatenate(misses) ** 2, axis=0))
+    solved = range(len(model.inputs)) if len(model.outputs) > 1 else model.own
+    errors = {}
+    for i in solved:
+        span = robust_range([values[:, i] for values in u])
+        errors[model.inputs[i].name] = float(PERCENT * rms[i] / span)
+    return errors
+
+
+def _parts_of(
+    records: Sequence[Recording], u: Sequence[Array], y: Sequence[Array], ends: Sequence[int]
+) -> Iterator[tuple[Array | None, Array, Array, int]]:
+    """Yield time, inputs and outputs of each piece, and its first sample that is scored: the first one held out."""
+    tested = any(end < len(record) for record, end in zip(records, ends, strict=True))
+    for record, inputs, outputs, end in zip(records, u, y, ends, strict=True):
+        for piece in record.pieces:
+            time = None if record.time is None else record.time[piece]
+            first = max(end - piece.start, 0) if tested else 0
+            if first < piece.stop - piece.start:
+                yield time, inputs[piece], outputs[piece], first
 
 
 def _demand(model: families_kit.CoupledModel, u: Array, y: Array, time: Array | None) -> Array:
@@ -330,9 +406,9 @@ def _check_motion(u: Array, inputs: Sequence[str], y: Array, outputs: Sequence[s
         left = float(np.std(centered[:, i] - explained) / np.std(centered[:, i]))
         if left < POLICY.inputs_apart:
             raise ExcitationError(
-                f"'{name}' moves together with the other inputs: only {PERCENT * left:.1g} % of it are its own, and "
-                f"{PERCENT * POLICY.inputs_apart:g} % are needed. Their effects cannot be told apart. Log a motion in "
-                f"which the inputs move at different times or frequencies.",
+                f"'{name}' moves together with the other inputs: all but {PERCENT * left:.1g} % of its motion "
+                f"follows from theirs, and {PERCENT * POLICY.inputs_apart:g} % or more must be its own. Their effects "
+                f"cannot be told apart. Log a motion in which the inputs move at different times or frequencies.",
                 signal=name,
                 share=left,
             )
@@ -378,18 +454,26 @@ def _pieces(record: Recording, end: int) -> list[slice]:
     return pieces
 
 
-def _counted(record: Recording, u: Array, end: int, half: Sequence[float]) -> Mask:
-    """Which samples count in a fit: those after every input went over most of its range, if half of a piece is left."""
-    counts = np.ones(len(u), dtype=np.bool_)
+def _counted(record: Recording) -> Mask:
+    counts = np.ones(len(record), dtype=np.bool_)
     counts[list(record.left_out)] = False
+    return counts
+
+
+def _known(record: Recording, u: Array, end: int, half: Sequence[float]) -> Mask:
+    """Samples from which on every input went over most of its range, so that nothing before the log counts.
+
+    Of a piece of which that is less than half all samples are taken.
+    """
+    known = np.ones(len(u), dtype=np.bool_)
     for piece in _pieces(record, end):
         part = u[piece]
         gone = np.maximum.accumulate(part) - np.minimum.accumulate(part)
-        known = np.all(gone >= 2.0 * SEEN * np.asarray(half), axis=1)
-        first = int(np.argmax(known)) if known.any() else len(part)
+        reached = np.all(gone >= 2.0 * SEEN * np.asarray(half), axis=1)
+        first = int(np.argmax(reached)) if reached.any() else len(part)
         if 2 * first <= len(part):
-            counts[piece.start : piece.start + first] = False
-    return counts
+            known[piece.start : piece.start + first] = False
+    return known
 
 
 def _stretches(record: Recording, x: Array, counts: Mask, end: int) -> list[Stretch]:

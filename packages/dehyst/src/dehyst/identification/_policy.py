@@ -54,6 +54,9 @@ class Policy:
     drift_certainty: float = 3.0
     # Of several inputs each must move by this share of itself while the others do not explain it. [share]
     inputs_apart: float = 0.05
+    # A log of several inputs begins at rest unless its first samples are missed by so much more than the later ones: a
+    # wrong past is a tenth of the range, several times what a model misses. [times the rms error]
+    begins_elsewhere: float = 3.0
     # Held-out input that leaves the fitted range by this share is a test of extrapolation.
     beyond: float = 0.02
     # Recordings fitted together whose mean residuals differ by more than this share of the output's range do differ.
