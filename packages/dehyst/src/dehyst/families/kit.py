@@ -7,6 +7,7 @@ if TYPE_CHECKING:
     from dehyst.families._butterfly import Butterfly as Butterfly
     from dehyst.families._butterfly import butterfly_in as butterfly_in
     from dehyst.families._choice import Terms as Terms
+    from dehyst.families._choice import row_again as row_again
     from dehyst.families._elements import KINDS as KINDS
     from dehyst.families._elements import LAGS as LAGS
     from dehyst.families._elements import SOURCES as SOURCES
@@ -26,7 +27,7 @@ __getattr__, __dir__, __all__ = lazy_names(
     "dehyst.families.kit",
     {
         "_butterfly": "Butterfly butterfly_in",
-        "_choice": "Terms",
+        "_choice": "Terms row_again",
         "_elements": "ElementModel KINDS LAGS SOURCES",
         "_lateness": "ChosenRow",
         "_linear_form": "NEXT_TO_NOTHING LinearForm",

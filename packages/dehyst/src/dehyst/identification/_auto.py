@@ -17,6 +17,7 @@ from dehyst.families import (
     ROW_NAMES,
     Chosen,
     Lateness,
+    LoopModel,
     Training,
     best_row_and_delay,
     is_family,
@@ -43,6 +44,7 @@ from dehyst.identification._settings import (
     refuse_both,
 )
 from dehyst.identification._shear import identify_sheared, identify_within
+from dehyst.identification._starts import with_starts
 from dehyst.identification._threads import single_blas
 from dehyst.identification._tracking import with_table
 from dehyst.models import Resonance, StaticCurve
@@ -372,7 +374,7 @@ def best_fit(
     by_plays = plays_of("auto")
     fitted_plays = log.fit(by_plays)
     training = log.training(0)
-    settings = {**by_plays.settings, **log.split.settings, "purpose": purpose}
+    settings = {**by_plays.settings, "purpose": purpose}
     if np.isfinite(ahead):
         settings["ahead"] = ahead
     if size is not None:
@@ -382,6 +384,13 @@ def best_fit(
         try:
             search = partial(best_row_and_delay, firm=purpose != "simulate", size=size, ahead=ahead)
             (chosen, late, delay), plain, about_schedules = _with_schedules_or_not(training, search)
+            fit = partial(_row_again, chosen, firm=purpose != "simulate", most=size)
+            begun = with_starts(log, chosen.model, fit) if not delay else None
+            if begun is not None:
+                log, training = begun, begun.training(0)
+                search_again = _with_schedules_or_not(training, search)
+                (chosen, late, delay), plain, about_schedules = search_again
+            settings |= log.settings
             compared = _compared(fitted_plays, chosen)
             terms = chosen.carrying, chosen.columns
             outcome = loop_outcome(
@@ -424,6 +433,13 @@ def best_fit(
     if plays_do and (fitted_plays.family == STATIC or not too_large):
         return _with_lateness(with_table(fitted_plays, rows), late, training.period)
     return _with_lateness(with_table(rows, *rivals), late, training.period, delay)
+
+
+def _row_again(chosen: Chosen, training: Training, firm: bool, most: int | None) -> LoopModel:
+    """Return the model of the same row for another training; with the other signals where the row goes with them."""
+    if not chosen.model.schedules:
+        training = training.unscheduled
+    return families_kit.row_again(chosen, training, firm, most).model
 
 
 def _with_schedules_or_not(

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,6 +27,13 @@ from dehyst.identification._training import training_of
 from dehyst.models import StaticCurve
 
 
+class Start(NamedTuple):
+    """What came before a piece, and from where on it counts."""
+
+    lead: Array  # scaled inputs and outputs of strokes before its first sample, (S, 2)
+    known: int  # samples that told them and so test nothing: 0 for a piece that is fitted
+
+
 @dataclass(frozen=True, eq=False)
 class Prepared:
     """Recordings that were checked, with everything that is made of them once.
@@ -43,6 +50,8 @@ class Prepared:
         Compares models with all samples.
     weights
         How much each sample counts, (T,) for each recording; None where all count alike.
+    starts
+        Of pieces whose past was estimated (`dehyst.identification._starts`), by their number.
     shared
         What one candidate made of the log and others can use.
     """
@@ -52,6 +61,7 @@ class Prepared:
     schedules: tuple[ScheduleRange, ...]
     measure: Measure
     weights: tuple[Array, ...] | None = None
+    starts: Mapping[int, Start] = field(default_factory=dict)
     shared: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False)
     _fits: dict[Candidate, Fit] = field(default_factory=dict, init=False, repr=False)
     _curves: dict[bool, StaticCurve] = field(default_factory=dict, init=False, repr=False)
@@ -60,7 +70,20 @@ class Prepared:
     @cached_property
     def data(self) -> DataSet:
         """Scaled."""
-        return prepare(self.records, self.split, self.weights)
+        data = prepare(self.records, self.split, self.weights)
+        pieces = list(data.pieces)
+        for k, start in self.starts.items():
+            pieces[k] = replace(
+                pieces[k], lead=start.lead, known=start.known, within=None, after_break=True
+            )
+        return replace(data, pieces=tuple(pieces))
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What is fitted, and how many starts were estimated, as plain values."""
+        if not self.starts:
+            return self.split.settings
+        return {**self.split.settings, "starts": len(self.starts)}
 
     @cached_property
     def branches(self) -> tuple[facts.Branches, ...]:
