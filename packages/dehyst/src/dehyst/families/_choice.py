@@ -675,13 +675,16 @@ def row_bank(
         target.append(sum_values[rows])
         output.append(stretch.y[rows])
         places.append(np.stack([np.full(rows.size, number), rows], axis=1))
-    weight = np.concatenate([spread.weight for spread in compared])
+    way = np.concatenate([spread.weight for spread in compared])
+    weight = way * np.repeat(
+        [stretch.weight for stretch in training.stretches], [part.rows.size for part in compared]
+    )
     return RowBank(
         values=values,
         argument=np.concatenate(seen),
         target=np.concatenate(target),
         output=np.concatenate(output),
-        folds=data_kit.folds_of(weight),
+        folds=data_kit.folds_of(way),
         weight=weight,
         places=np.concatenate(places),
     )

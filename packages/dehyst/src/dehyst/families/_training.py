@@ -38,6 +38,8 @@ class Stretch:
     lead
         Scaled inputs and outputs of strokes before the first sample, from rest, (S, 2); None where the start state of
         the model says what came before.
+    weight
+        How much its squared errors count in the choice among sums and in their fit.
     """
 
     x: Array
@@ -46,6 +48,7 @@ class Stretch:
     counts: Mask
     scheduling: Array | None = None
     lead: Array | None = None
+    weight: float = 1.0
 
     @property
     def time(self) -> Array:
@@ -237,7 +240,8 @@ def _late(stretch: Stretch, samples: int) -> Stretch:
         dt = np.ascontiguousarray(stretch.dt[x])
     counts = stretch.counts[x] & stretch.counts[y]
     moved_x, moved_y = np.ascontiguousarray(stretch.x[x]), np.ascontiguousarray(stretch.y[y])
-    return Stretch(moved_x, moved_y, dt, counts, _rows_of(stretch.scheduling, x), stretch.lead)
+    moved = replace(stretch, x=moved_x, y=moved_y, dt=dt, counts=counts)
+    return replace(moved, scheduling=_rows_of(stretch.scheduling, x))
 
 
 def _rows_of(scheduling: Array | None, rows: slice | Rows) -> Array | None:
@@ -261,13 +265,13 @@ def _thin(stretch: Stretch, every: int) -> Stretch:
     dt = None
     if stretch.dt is not None:
         dt = np.diff(np.cumsum(stretch.dt)[chosen], prepend=0.0)
-    return Stretch(
-        np.ascontiguousarray(x[chosen]),
-        np.ascontiguousarray(stretch.y[chosen]),
-        dt,
-        stretch.counts[chosen],
-        _rows_of(stretch.scheduling, chosen),
-        stretch.lead,
+    return replace(
+        stretch,
+        x=np.ascontiguousarray(x[chosen]),
+        y=np.ascontiguousarray(stretch.y[chosen]),
+        dt=dt,
+        counts=stretch.counts[chosen],
+        scheduling=_rows_of(stretch.scheduling, chosen),
     )
 
 

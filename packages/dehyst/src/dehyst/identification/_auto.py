@@ -69,6 +69,7 @@ def identify(
     size: int | None = None,
     ahead: float | None = None,
     resonance: Resonance | tuple[float, float] | str | None = "auto",
+    relative: bool = False,
     **settings: Any,
 ) -> Fit:
     r"""Identify a model from one recording or several: by default the best there is for this log.
@@ -105,6 +106,9 @@ def identify(
         At which the actuator rings: "auto", where the log shows it; frequency [Hz] and damping, where they are known;
         None: none. It is in the model as `Model.resonance`, and the compensator does not excite it (`Model.shaped`).
         For "auto" and rows of elements.
+    relative
+        Whether errors count relative to the standard deviation of their recording's output, so that a recording of
+        small loops counts as much as one of large ones. For "auto" (among rows of elements) and these rows.
     **settings
         Those of plays, below, and of "direct-inverse": the attributes of `dehyst.identification.Direct`. "auto" with
         one of plays that is not the usual one chooses among plays only.
@@ -202,6 +206,12 @@ def identify(
         _check_ahead(ahead, family, changed)
     if resonance != "auto":
         resonance = _typed_resonance(resonance, family, changed)
+    if relative and (changed or not (family == "auto" or family in ROW_NAMES)):
+        raise ParameterError(
+            f"relative errors are for auto and the rows of elements, and not for {', '.join(changed) or family}. Leave "
+            f"one of them out.",
+            family=family,
+        )
     if family == Direct.family:
         direct = Direct(**settings)
         log = prepared(check_recordings(recordings), train_fraction)
@@ -209,11 +219,11 @@ def identify(
     if recordings[0].schedules and (changed or not (family == "auto" or family in ROW_NAMES)):
         _refuse_schedules(recordings[0], family, changed)
     if is_family(family):
-        log = prepared(check_recordings(recordings), train_fraction)
+        log = prepared(check_recordings(recordings), train_fraction, relative=relative)
         fit = with_table(log.fit(Literature(family, seed, purpose, size)))
         return with_resonance(fit, resonance) if family in ROW_NAMES else fit
     if family == "auto" and not changed:
-        log = prepared(check_recordings(recordings), train_fraction)
+        log = prepared(check_recordings(recordings), train_fraction, relative=relative)
         return with_resonance(
             best_fit(log, purpose, size, np.inf if ahead is None else ahead), resonance
         )

@@ -57,7 +57,8 @@ def with_starts(log: Prepared, model: LoopModel, fit: Fitting) -> Prepared | Non
     stretches = list(plain.stretches)
     for n in short:
         piece = pieces[fitted[n]]
-        stretches[n] = stretch_of(log.records, piece, piece.split)
+        weight = plain.stretches[n].weight
+        stretches[n] = replace(stretch_of(log.records, piece, piece.split), weight=weight)
     every = replace(plain, stretches=tuple(stretches), shared=[])
     try:
         if not _pays(plain, every, short, fit):
@@ -106,8 +107,8 @@ def _pays(plain: Training, every: Training, short: Sequence[int], fit: Fitting) 
         for n in left_out:
             stretch = every.stretches[n]
             told = _first_part(stretch.x.size)
-            without += _started(stretch, every, first, told).error
-            with_starts += _started(stretch, every, begun, told).error
+            without += stretch.weight * _started(stretch, every, first, told).error
+            with_starts += stretch.weight * _started(stretch, every, begun, told).error
     return bool(with_starts < POLICY.starts_worth**2 * without)
 
 
