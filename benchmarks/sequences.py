@@ -7,7 +7,7 @@ MagNet Challenge 2. It has no licence and stays outside of the project. The erro
 rms(H) over what is to be foretold. Steps: `identify`, which estimates starts, with and without relative errors; then
 `model.after`; then eight terms in B and the sign of its rate, fitted to what the model misses in the known part, with a
 prior. The size of the prior is the one that is best for the sequences that were fitted. The table of
-docs/decisions/0074-starts-of-pieces.md; ten minutes.
+docs/decisions/0074-starts-of-pieces.md; five minutes.
 """
 
 from __future__ import annotations
