@@ -47,7 +47,7 @@ from dehyst.families._program import (
 )
 from dehyst.families._reduction import PROBED_ROWS, Teacher, probing, reduced
 from dehyst.families._table import Sum
-from dehyst.families._training import Training
+from dehyst.families._training import Stretch, Training
 from dehyst.models import kit as models_kit
 
 EVERY = tuple(range(BLOCKS))
@@ -243,6 +243,11 @@ def best_sum(
     ordered.sort(key=lambda candidate: candidate is not best)
     offered = workshops[best.sum.direction].columns.of(best.sum.groups).size
     return Chosen(made.model, tuple(ordered), made.kkt, made.carrying, offered, made.terms)
+
+
+def row_again(chosen: Chosen, training: Training, firm: bool, most: int | None = None) -> Chosen:
+    """Return the row that was chosen, fitted to another training."""
+    return best_sum(training, [chosen.candidates[0].sum], firm, most)
 
 
 def _workshops(training: Training, sums: Sequence[Sum]) -> dict[str, Workshop]:
@@ -557,7 +562,7 @@ class Workshop:
         """Probing motion of what the elements see."""
         stretches = self.training.stretches
         if self.direction == "inverse":
-            stretches = tuple(replace(stretch, x=stretch.y, y=stretch.x) for stretch in stretches)
+            stretches = tuple(stretch.turned for stretch in stretches)
         return probing(stretches)
 
     def _record(self, columns: Columns, weights: Weights, row: str) -> ElementModel:
@@ -590,7 +595,7 @@ class Workshop:
             at = places[places[:, 0] == number, 1]
             # The solution runs from the beginning of the stretch, so that its memory is its own. Such a sum is one
             # of outputs, so input and output change places.
-            turned = replace(stretch, x=stretch.y, y=stretch.x)
+            turned = stretch.turned
             y = turned.run_inverse(model, float(stretch.y[0]), int(at[-1]) + 1)
             solved.append(y[at])
         return np.concatenate(solved)
@@ -673,24 +678,26 @@ def row_bank(
     filled = 0
     for number, stretch in enumerate(training.stretches):
         rows = compared[number].rows
-        argument, sum_values = stretch.x, stretch.y
-        if direction == "inverse":
-            argument, sum_values = stretch.y, stretch.x
+        seen_as = stretch.turned if direction == "inverse" else stretch
+        argument, sum_values = seen_as.x, seen_as.y
         of_stretch = values[filled : filled + rows.size]
         xi = training.xi(stretch)
-        _fill_rows(of_stretch, columns, template, argument, stretch.dt, rows, xi)
+        _fill_rows(of_stretch, columns, template, argument, stretch.dt, rows, xi, seen_as)
         filled += rows.size
         seen.append(argument[rows])
         target.append(sum_values[rows])
         output.append(stretch.y[rows])
         places.append(np.stack([np.full(rows.size, number), rows], axis=1))
-    weight = np.concatenate([spread.weight for spread in compared])
+    way = np.concatenate([spread.weight for spread in compared])
+    weight = way * np.repeat(
+        [stretch.weight for stretch in training.stretches], [part.rows.size for part in compared]
+    )
     return RowBank(
         values=values,
         argument=np.concatenate(seen),
         target=np.concatenate(target),
         output=np.concatenate(output),
-        folds=data_kit.folds_of(weight),
+        folds=data_kit.folds_of(way),
         weight=weight,
         places=np.concatenate(places),
     )
@@ -708,9 +715,14 @@ def _fill_rows(
     dt: Array | None,
     rows: Numbers,
     xi: Array,
+    led: Stretch | None = None,
 ) -> None:
-    """Fill in the columns (K, p) at some samples of a signal; the elements run over all samples up to the last row."""
-    memory = template.before(float(signal[0]))
+    """Fill in the columns (K, p) at some samples of a signal; the elements run over all samples up to the last row.
+
+    The memory before the first one is that of the stretch by which the signal is `led`, else the start of the template.
+    """
+    first_value = float(signal[0])
+    memory = template.before(first_value) if led is None else led.memory(template, first_value)
     size = int(rows[-1]) + 1 if rows.size else 0
     # Signals run in chunks: all elements at all samples would not fit into memory.
     for begin in range(0, size, CHUNK):

@@ -260,11 +260,19 @@ def fit_coupled(
 
     model, made = model_of(chosen, LEAST)
     if len(outputs) == len(inputs) == 2:
+        certain = False
         for floor in FLOORS:
+            cost = max(
+                fit.score(rows.of(one.terms, one.inputs), one.regularisation, number, floor)
+                / one.score
+                for fit, one, number in zip(fits, chosen, own, strict=True)
+            )
+            # Beyond the first certain inverse a firmer one, of lower gain, must cost next to nothing.
+            if certain and cost > POLICY.affordable_gain:
+                break
             firmer, sums = model_of(chosen, floor)
             if firmer.determinant > LEAST_DETERMINANT:
-                model, made = firmer, sums
-                break
+                model, made, certain = firmer, sums, True
     alone, _ = model_of(
         [one._replace(inputs=(i,)) for one, i in zip(chosen, own, strict=True)], LEAST
     )

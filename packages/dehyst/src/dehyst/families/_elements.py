@@ -559,7 +559,7 @@ class ElementModel(LoopModel):
     def _sum(self) -> _native.ElementSum:
         return _native.ElementSum(*self.tables)
 
-    @property
+    @cached_property
     def evaluated(self) -> ElementModel:
         """The sum itself, from its argument to its value: of an inverse model, from the output to the input."""
         if self.direction == "forward":
@@ -567,10 +567,16 @@ class ElementModel(LoopModel):
         return replace(self, direction="forward", dead_time=0.0, scaling=self.scaling.swapped())
 
     def __getstate__(self) -> dict[str, Any]:
-        """Everything but the machine, which is made anew."""
-        return {name: value for name, value in self.__dict__.items() if name != "_sum"}
+        """Everything but the machine, and the models made of this one, which are made anew."""
+        made = ("_sum", "evaluated", "_unscheduled", "_still")
+        return {name: value for name, value in self.__dict__.items() if name not in made}
 
-    @property
+    @cached_property
+    def _still(self) -> ElementModel:
+        """What is evaluated, begun at rest with given signals in the middle of their range."""
+        return replace(self.evaluated, start="rest")._unscheduled
+
+    @cached_property
     def _unscheduled(self) -> ElementModel:
         """The same with given signals in the middle of their range, for who has none."""
         middle = (-1, -MIDDLE, MIDDLE)
@@ -581,10 +587,9 @@ class ElementModel(LoopModel):
 
     def rest(self, x: float) -> Array:
         """Everything that follows the input at it, and nothing relaxing; then the inputs that are under way."""
-        still = replace(self.evaluated, start="rest")
         argument = x
         if self.direction == "inverse":
-            argument = first_input(still._unscheduled, x)
+            argument = first_input(self._still, x)
         return np.concatenate([self._sum.rest(argument), np.full(self.delay, x)])
 
     def before(self, first: float, **more: Array) -> Array:

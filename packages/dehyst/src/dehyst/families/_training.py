@@ -35,6 +35,11 @@ class Stretch:
         Which samples are compared, (T,); the others only move the memory.
     scheduling
         Signals that schedules follow, (T, 3), as in the log; None where there are none.
+    lead
+        Scaled inputs and outputs of strokes before the first sample, from rest, (S, 2); None where the start state of
+        the model says what came before.
+    weight
+        How much its squared errors count in the choice among sums and in their fit.
     """
 
     x: Array
@@ -42,6 +47,8 @@ class Stretch:
     dt: Array | None
     counts: Mask
     scheduling: Array | None = None
+    lead: Array | None = None
+    weight: float = 1.0
 
     @property
     def time(self) -> Array:
@@ -53,8 +60,34 @@ class Stretch:
     def run(self, model: LoopModel) -> Array:
         """Return the scaled outputs of a model along the stretch, from its start state on, (T,)."""
         more = self.surroundings(model)
-        memory = model.before(float(self.x[0]), **more)
+        memory = self.memory(model, float(self.x[0]))
         return model.run(self.x, self.steps(model), memory, **more)[0]
+
+    def memory(self, model: LoopModel, first: float) -> Array:
+        """Return the memory of a model on arrival at a first scaled input."""
+        if self.lead is None:
+            return model.before(first, **self.surroundings(model))
+        inputs = np.ascontiguousarray(self.lead[:, 0])
+        more = {}
+        for name, values in self.surroundings(model).items():
+            more[name] = np.repeat(values[:1], inputs.size, axis=0)
+        rest = model.with_start("rest").before(float(inputs[0]), **more)
+        steps = self.steps_before if model.rate_dependent else None
+        return model.run(inputs, steps, rest, **more)[1]
+
+    @property
+    def steps_before(self) -> Array | None:
+        """Time between the samples of the lead, the usual one of the stretch, (S,); None without time stamps. [s]"""
+        if self.dt is None or self.lead is None:
+            return None
+        usual = float(np.median(self.dt[1:])) if self.dt.size > 1 else 0.0
+        return np.full(len(self.lead), usual)
+
+    @property
+    def turned(self) -> Stretch:
+        """The same with input and output exchanged, as a sum of outputs sees it."""
+        lead = None if self.lead is None else np.ascontiguousarray(self.lead[:, ::-1])
+        return replace(self, x=self.y, y=self.x, lead=lead)
 
     def run_inverse(self, model: LoopModel, first: float, last: int | None = None) -> Array:
         """Return the scaled inputs for the scaled outputs up to a last sample, (T,), from the memory at a first one."""
@@ -63,7 +96,7 @@ class Stretch:
         more = {name: values[part] for name, values in self.surroundings(model).items()}
         if dt is not None:
             dt = dt[part]
-        return model.run_inverse(self.y[part], dt, model.before(first, **more), **more)[0]
+        return model.run_inverse(self.y[part], dt, self.memory(model, first), **more)[0]
 
     def steps(self, model: LoopModel) -> Array | None:
         """Time from the sample before, for a model that depends on it."""
@@ -210,7 +243,8 @@ def _late(stretch: Stretch, samples: int) -> Stretch:
         dt = np.ascontiguousarray(stretch.dt[x])
     counts = stretch.counts[x] & stretch.counts[y]
     moved_x, moved_y = np.ascontiguousarray(stretch.x[x]), np.ascontiguousarray(stretch.y[y])
-    return Stretch(moved_x, moved_y, dt, counts, _rows_of(stretch.scheduling, x))
+    moved = replace(stretch, x=moved_x, y=moved_y, dt=dt, counts=counts)
+    return replace(moved, scheduling=_rows_of(stretch.scheduling, x))
 
 
 def _rows_of(scheduling: Array | None, rows: slice | Rows) -> Array | None:
@@ -234,12 +268,13 @@ def _thin(stretch: Stretch, every: int) -> Stretch:
     dt = None
     if stretch.dt is not None:
         dt = np.diff(np.cumsum(stretch.dt)[chosen], prepend=0.0)
-    return Stretch(
-        np.ascontiguousarray(x[chosen]),
-        np.ascontiguousarray(stretch.y[chosen]),
-        dt,
-        stretch.counts[chosen],
-        _rows_of(stretch.scheduling, chosen),
+    return replace(
+        stretch,
+        x=np.ascontiguousarray(x[chosen]),
+        y=np.ascontiguousarray(stretch.y[chosen]),
+        dt=dt,
+        counts=stretch.counts[chosen],
+        scheduling=_rows_of(stretch.scheduling, chosen),
     )
 
 

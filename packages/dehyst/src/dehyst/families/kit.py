@@ -7,6 +7,7 @@ if TYPE_CHECKING:
     from dehyst.families._butterfly import Butterfly as Butterfly
     from dehyst.families._butterfly import butterfly_in as butterfly_in
     from dehyst.families._choice import Terms as Terms
+    from dehyst.families._choice import row_again as row_again
     from dehyst.families._coupled import CoupledModel as CoupledModel
     from dehyst.families._coupled import Pair as Pair
     from dehyst.families._coupled_fit import CoupledTraining as CoupledTraining
@@ -31,7 +32,7 @@ __getattr__, __dir__, __all__ = lazy_names(
     "dehyst.families.kit",
     {
         "_butterfly": "Butterfly butterfly_in",
-        "_choice": "Terms",
+        "_choice": "Terms row_again",
         "_coupled": "CoupledModel Pair",
         "_coupled_fit": "CoupledTraining FittedCoupled fit_coupled",
         "_elements": "ElementModel KINDS LAGS SOURCES",

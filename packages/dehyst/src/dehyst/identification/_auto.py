@@ -17,6 +17,7 @@ from dehyst.families import (
     ROW_NAMES,
     Chosen,
     Lateness,
+    LoopModel,
     Training,
     best_row_and_delay,
     is_family,
@@ -44,6 +45,7 @@ from dehyst.identification._settings import (
     refuse_both,
 )
 from dehyst.identification._shear import identify_sheared, identify_within
+from dehyst.identification._starts import with_starts
 from dehyst.identification._threads import single_blas
 from dehyst.identification._tracking import with_table
 from dehyst.models import Resonance, StaticCurve
@@ -92,6 +94,7 @@ def identify(
     size: int | None = None,
     ahead: float | None = None,
     resonance: Resonance | tuple[float, float] | str | None = "auto",
+    relative: bool = False,
     **settings: Any,
 ) -> Fit | CoupledFit:
     r"""Identify a model from one recording or several: by default the best there is for this log.
@@ -133,6 +136,9 @@ def identify(
         At which the actuator rings: "auto", where the log shows it; frequency [Hz] and damping, where they are known;
         None: none. It is in the model as `Model.resonance`, and the compensator does not excite it (`Model.shaped`).
         For "auto" and rows of elements.
+    relative
+        Whether errors count relative to the standard deviation of their recording's output, so that a recording of
+        small loops counts as much as one of large ones. For "auto" (among rows of elements) and these rows.
     **settings
         Those of plays, below, and of "direct-inverse": the attributes of `dehyst.identification.Direct`. "auto" with
         one of plays that is not the usual one chooses among plays only.
@@ -239,6 +245,12 @@ def identify(
         _check_ahead(ahead, family, changed)
     if resonance != "auto":
         resonance = _typed_resonance(resonance, family, changed)
+    if relative and (changed or not (family == "auto" or family in ROW_NAMES)):
+        raise ParameterError(
+            f"relative errors are for auto and the rows of elements, and not for {', '.join(changed) or family}. Leave "
+            f"one of them out.",
+            family=family,
+        )
     if family == Direct.family:
         direct = Direct(**settings)
         log = prepared(check_recordings(recordings), train_fraction)
@@ -246,11 +258,11 @@ def identify(
     if recordings[0].schedules and (changed or not (family == "auto" or family in ROW_NAMES)):
         _refuse_schedules(recordings[0], family, changed)
     if is_family(family):
-        log = prepared(check_recordings(recordings), train_fraction)
+        log = prepared(check_recordings(recordings), train_fraction, relative=relative)
         fit = with_table(log.fit(Literature(family, seed, purpose, size)))
         return with_resonance(fit, resonance) if family in ROW_NAMES else fit
     if family == "auto" and not changed:
-        log = prepared(check_recordings(recordings), train_fraction)
+        log = prepared(check_recordings(recordings), train_fraction, relative=relative)
         return with_resonance(
             best_fit(log, purpose, size, np.inf if ahead is None else ahead), resonance
         )
@@ -411,7 +423,7 @@ def best_fit(
     by_plays = plays_of("auto")
     fitted_plays = log.fit(by_plays)
     training = log.training(0)
-    settings = {**by_plays.settings, **log.split.settings, "purpose": purpose}
+    settings = {**by_plays.settings, "purpose": purpose}
     if np.isfinite(ahead):
         settings["ahead"] = ahead
     if size is not None:
@@ -421,6 +433,13 @@ def best_fit(
         try:
             search = partial(best_row_and_delay, firm=purpose != "simulate", size=size, ahead=ahead)
             (chosen, late, delay), plain, about_schedules = _with_schedules_or_not(training, search)
+            fit = partial(_row_again, chosen, firm=purpose != "simulate", most=size)
+            begun = with_starts(log, chosen.model, fit) if not delay else None
+            if begun is not None:
+                log, training = begun, begun.training(0)
+                search_again = _with_schedules_or_not(training, search)
+                (chosen, late, delay), plain, about_schedules = search_again
+            settings |= log.settings
             compared = _compared(fitted_plays, chosen)
             terms = chosen.carrying, chosen.columns
             outcome = loop_outcome(
@@ -463,6 +482,13 @@ def best_fit(
     if plays_do and (fitted_plays.family == STATIC or not too_large):
         return _with_lateness(with_table(fitted_plays, rows), late, training.period)
     return _with_lateness(with_table(rows, *rivals), late, training.period, delay)
+
+
+def _row_again(chosen: Chosen, training: Training, firm: bool, most: int | None) -> LoopModel:
+    """Return the model of the same row for another training; with the other signals where the row goes with them."""
+    if not chosen.model.schedules:
+        training = training.unscheduled
+    return families_kit.row_again(chosen, training, firm, most).model
 
 
 def _with_schedules_or_not(

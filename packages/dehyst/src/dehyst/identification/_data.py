@@ -42,6 +42,8 @@ class Piece:
     weight: Array | None = None  # How much each sample counts, (T,), or None where all count alike
     # Extremes of the input where the level is unknown even then (`dehyst.identification._memory.Known`), or None
     within: tuple[float, float] | None = None
+    # Scaled input and output of strokes before the first sample that were estimated, (S, 2), or None
+    lead: Array | None = None
 
     def begins_unknown(self, initial_state: str) -> bool:
         """Whether the memory before the first sample is unknown under the assumed initial state."""

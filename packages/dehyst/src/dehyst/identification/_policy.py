@@ -81,6 +81,16 @@ class Policy:
     clearly_better: float = 0.15
     # Weights go with another signal only if that brings the error on held-out blocks below this share.
     schedule_worth: float = 0.98
+    # The starts of pieces are estimated from so many short ones on, ... [pieces]
+    pieces: int = 8
+    # ... that have so many samples each, ... [samples]
+    least_piece: int = 20
+    # ... and taken where the error of pieces that are left out whole comes down to this share, ...
+    starts_worth: float = 0.97
+    # ... whose first part, this share of them, tells their start.
+    first_part: float = 0.33
+    # Starts and model are estimated in turn so often: the second time brings less than the first. [times]
+    rounds_of_starts: int = 2
     # A butterfly is taken where its error on fitted samples is less than this share of what the best sum of elements
     # leaves on those left out: where it is one, this is 0.04 to 0.2 (docs/decisions/0072).
     butterfly_worth: float = 0.5

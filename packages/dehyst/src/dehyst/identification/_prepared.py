@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,15 @@ from dehyst.identification._threads import single_blas
 from dehyst.identification._training import training_of
 from dehyst.models import StaticCurve
 
+RESOLVED = 1e-3  # of the largest output of a recording: smaller ones count as if they were so large
+
+
+class Start(NamedTuple):
+    """What came before a piece, and from where on it counts."""
+
+    lead: Array  # scaled inputs and outputs of strokes before its first sample, (S, 2)
+    known: int  # samples that told them and so test nothing: 0 for a piece that is fitted
+
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
@@ -43,6 +52,10 @@ class Prepared:
         Compares models with all samples.
     weights
         How much each sample counts, (T,) for each recording; None where all count alike.
+    starts
+        Of pieces whose past was estimated (`dehyst.identification._starts`), by their number.
+    relative
+        Whether errors count relative to the size of the output of their recording.
     shared
         What one candidate made of the log and others can use.
     """
@@ -52,6 +65,8 @@ class Prepared:
     schedules: tuple[ScheduleRange, ...]
     measure: Measure
     weights: tuple[Array, ...] | None = None
+    starts: Mapping[int, Start] = field(default_factory=dict)
+    relative: bool = False
     shared: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False)
     _fits: dict[Candidate, Fit] = field(default_factory=dict, init=False, repr=False)
     _curves: dict[bool, StaticCurve] = field(default_factory=dict, init=False, repr=False)
@@ -60,7 +75,41 @@ class Prepared:
     @cached_property
     def data(self) -> DataSet:
         """Scaled."""
-        return prepare(self.records, self.split, self.weights)
+        data = prepare(self.records, self.split, self.weights)
+        pieces = list(data.pieces)
+        for k, start in self.starts.items():
+            pieces[k] = replace(
+                pieces[k], lead=start.lead, known=start.known, within=None, after_break=True
+            )
+        return replace(data, pieces=tuple(pieces))
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What is fitted, how errors count, and how many starts were estimated, as plain values."""
+        settings = dict(self.split.settings)
+        if self.relative:
+            settings["relative"] = True
+        if self.starts:
+            settings["starts"] = len(self.starts)
+        return settings
+
+    def _relative(self, training: Training) -> Training:
+        """Return the training whose errors count relative to the rms deviation of their recording's output."""
+        fitted = [piece for piece in self.data.pieces if piece.split]
+        squares: dict[int, list[Array]] = {}
+        for piece in fitted:
+            y = np.asarray(piece.y[: piece.split], dtype=np.float64)
+            squares.setdefault(piece.recording, []).append(y)
+        size = {k: float(np.std(np.concatenate(parts))) for k, parts in squares.items()}
+        least = RESOLVED * max(size.values())
+        weights = np.array([max(size[piece.recording], least) ** -2 for piece in fitted])
+        # Errors stay of the size of a scaled output: the mean weight of a sample is 1.
+        samples = np.array([stretch.counts.sum() for stretch in training.stretches])
+        weights *= samples.sum() / (weights @ samples)
+        stretches = []
+        for stretch, weight in zip(training.stretches, weights.tolist(), strict=True):
+            stretches.append(replace(stretch, weight=weight))
+        return replace(training, stretches=tuple(stretches), shared=[])
 
     @cached_property
     def branches(self) -> tuple[facts.Branches, ...]:
@@ -91,9 +140,10 @@ class Prepared:
     def training(self, seed: int) -> Training:
         """Fitted part for families of the literature, which share what they make of it; one for each seed."""
         if seed not in self._trainings:
-            self._trainings[seed] = training_of(
+            training = training_of(
                 self.records, self.data, self.seen.loop.name, seed, self.schedules
             )
+            self._trainings[seed] = self._relative(training) if self.relative else training
         return self._trainings[seed]
 
     def fit(self, candidate: Candidate) -> Fit:
@@ -108,6 +158,7 @@ def prepared(
     records: tuple[Recording, ...],
     train_fraction: float | None,
     weights: tuple[Array, ...] | None = None,
+    relative: bool = False,
 ) -> Prepared:
     """Return recordings that were checked, split."""
     # One of several recordings may be all that there is at one load.
@@ -115,6 +166,5 @@ def prepared(
         train_fraction = HALF
     split = split_recordings(records, train_fraction, weights)
     ranges = schedule_ranges(records, split.ends)
-    return Prepared(
-        records, split, ranges, Measure(records, shares_along(records, ranges)), weights
-    )
+    measure = Measure(records, shares_along(records, ranges))
+    return Prepared(records, split, ranges, measure, weights, relative=relative)

@@ -79,11 +79,15 @@ def tested_on(settings: Mapping[str, Any]) -> str:
     ('held-out loops', '2 recordings held out')
     """
     count = len(settings.get("held_out", ()))
+    tested = f"{count} recordings held out"
     if not count:
-        return "held-out loops"
-    if count == 1:
-        return "1 recording held out"
-    return f"{count} recordings held out"
+        tested = "held-out loops"
+    elif count == 1:
+        tested = "1 recording held out"
+    starts = settings.get("starts", 0)
+    if starts:
+        tested += f" (starts of {starts} pieces were estimated)"
+    return tested
 
 
 def split_recordings(

@@ -52,12 +52,16 @@ class KnownPast(Generic[M]):
         Of its answer over these samples, rms; not a number if only the input was known. [output]
     turns
         Inputs between which the strokes before the first sample went; empty if only the input was known. [input]
+    strokes
+        Samples of these strokes, from rest at the first turn, (S,); one as long after the other as the known samples.
+        [input]
     """
 
     model: M
     before: M
     error: float
     turns: tuple[float, ...]
+    strokes: Array = field(repr=False, compare=False)
     _apart: Callable[[], float] = field(repr=False, compare=False)
 
     @cached_property
@@ -75,6 +79,13 @@ class _Window(Generic[M]):
     y: Array
     time: Array | None
     signals: Mapping[str, Array]
+    resting: dict[float, M] = field(default_factory=dict)
+
+    def at_rest(self, first: float) -> M:
+        """Return the model at rest at an input; the same one each time, as it keeps what it is made of."""
+        if first not in self.resting:
+            self.resting[first] = self.model.at_rest(first)
+        return self.resting[first]
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -88,7 +99,7 @@ class _Window(Generic[M]):
         parts = []
         for begin, end in zip(turns, [*turns[1:], self.x[0]], strict=True):
             parts.append(np.linspace(begin, end, STROKE, endpoint=False))
-        return self.model.at_rest(float(turns[0])), np.concatenate([*parts, self.x])
+        return self.at_rest(float(turns[0])), np.concatenate([*parts, self.x])
 
     def before(self, size: int) -> tuple[Array | None, dict[str, Array]]:
         """Return time and signals of `size` more samples in front: as fast as the known ones, the signals held."""
@@ -167,7 +178,7 @@ def known_past(
     if y is None:
         time_stamps, given = window.before(0)
         moved = _moved(model, window.x, time_stamps, given)
-        return KnownPast(moved, model, float("nan"), (), float)
+        return KnownPast(moved, model, float("nan"), (), np.zeros(0), float)
     tried: list[tuple[float, int, Array]] = []
     for turns in _pasts(window):
         tried.append((window.error(turns), turns.size, turns))
@@ -193,7 +204,8 @@ def known_past(
     limit = POLICY.past_doubt * error + POLICY.past_open * height
     others = [past[2] for past in tried if past[0] <= limit]
     apart = partial(_doubt, window, begun, others)
-    return KnownPast(begun, _led(window, turns), error, tuple(turns.tolist()), apart)
+    strokes = window.led(turns)[1][: -window.x.size]
+    return KnownPast(begun, _led(window, turns), error, tuple(turns.tolist()), strokes, apart)
 
 
 def _checked(

@@ -12,7 +12,7 @@ from dehyst.arrays import Array, Mask
 from dehyst.data import Recording, range_over
 from dehyst.data import kit as data_kit
 from dehyst.errors import IdentificationError
-from dehyst.families import ROW_NAMES, LoopModel, Stretch, Training, first_input, steps_of
+from dehyst.families import ROW_NAMES, LoopModel, Stretch, Training, first_input
 from dehyst.families import family as family_of
 from dehyst.families import kit as families_kit
 from dehyst.findings import Finding
@@ -22,9 +22,10 @@ from dehyst.identification._data import DataSet, Piece, inputs_of
 from dehyst.identification._evidence import beyond_rests, without_holds
 from dehyst.identification._fit import Certificate, ComparedSetting
 from dehyst.identification._prepared import Prepared
-from dehyst.identification._schedules import scheduling_of
 from dehyst.identification._scores import Measured, scored_parts
 from dehyst.identification._selection import BLOCKS
+from dehyst.identification._starts import with_starts
+from dehyst.identification._training import stretch_of
 from dehyst.models import StaticCurve
 
 PROGRAM = "normal equations of the columns"
@@ -57,19 +58,23 @@ class Literature:
     def fit(self, log: Prepared) -> Outcome:
         """Fit to the whole of the fitted part."""
         chosen = family_of(self.family)
-        settings: dict[str, Any] = {**settings_of(self.family, log), "purpose": self.purpose}
-        if not chosen.convex:
-            settings["seed"] = self.seed
-        if self.size is not None:
-            settings["size"] = self.size
         training = log.training(self.seed)
         made = None
         model: LoopModel
         if self.family in ROW_NAMES:
             row = families_kit.row_named(self.family, training, self.size)
+            begun = with_starts(log, row.model, self._fitted)
+            if begun is not None:
+                log = begun
+                row = families_kit.row_named(self.family, log.training(self.seed), self.size)
             model, made = row.model, row.terms
         else:
             model = chosen.fit(training)
+        settings: dict[str, Any] = {**settings_of(self.family, log), "purpose": self.purpose}
+        if not chosen.convex:
+            settings["seed"] = self.seed
+        if self.size is not None:
+            settings["size"] = self.size
         terms = model.free_parameters
         return loop_outcome(log, model, settings, log.curve(), terms, terms, made=made)
 
@@ -129,7 +134,7 @@ def _input_misses(training: Training, model: LoopModel) -> Array:
 def settings_of(family: str, log: Prepared) -> dict[str, Any]:
     """Settings of a family that has none, as plain values: those of plays are 0, and their grid is not used."""
     grid = {"n": 0, "eps": 0.0, "thresholds": "grid", "initial_state": "auto"}
-    return {"family": family, **grid, **log.split.settings}
+    return {"family": family, **grid, **log.settings}
 
 
 def loop_outcome(
@@ -257,9 +262,4 @@ def demanded(model: LoopModel, records: tuple[Recording, ...], data: DataSet) ->
 
 def _pieces(records: tuple[Recording, ...], data: DataSet) -> Iterator[tuple[Piece, Stretch]]:
     for piece in data.pieces:
-        x = np.ascontiguousarray(np.asarray(piece.x[:], dtype=np.float64))
-        y = np.ascontiguousarray(np.asarray(piece.y[:], dtype=np.float64))
-        record = records[piece.recording]
-        dt = steps_of(record, piece.start, x.size)
-        scheduling = scheduling_of(record, slice(piece.start, piece.start + x.size))
-        yield piece, Stretch(x, y, dt, np.ones(x.size, dtype=np.bool_), scheduling)
+        yield piece, stretch_of(records, piece, piece.x.size)
