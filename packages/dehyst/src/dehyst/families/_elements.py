@@ -520,7 +520,11 @@ class ElementModel(LoopModel):
         number = 1
         for q in self.elements:
             number += len(q.map[0]) or int(q.weight != 0.0)
-        for u, _ in (self.before_map, self.after_map):
+        maps = [self.after_map]
+        # No point of a transform was identified.
+        if not transform_name(self.scaling, self.before_map):
+            maps.append(self.before_map)
+        for u, _ in maps:
             number += max(0, len(u) - 2)
         return number
 
