@@ -564,6 +564,12 @@ TEXTS: dict[str, dict[str, tuple[str, str]]] = {
             "`--schedule COLUMN` with the column that the message names. Where there is none identify each recording "
             "by itself, or align the zeros where only the level differs.",
         ),
+        "coupling-not-shown": (
+            "Of several inputs: on held-out samples an output errs no less with all of them than with its own input "
+            "alone (that which moves it most). The others do nothing to it, or the log does not show what they do.",
+            "Log longer, each input over its range alone first and then all together. Where the others do nothing, "
+            "model the output by its own input.",
+        ),
         "spectral-peak": (
             "At least {PEAK_SHARE:%} of the model's squared error lie around one frequency, more than {FASTER:g} times "
             "as fast as the cycles, at which the input hardly moves: a resonance that the motion rings, or a "

@@ -269,8 +269,8 @@ def _judged(
                     "coupling-not-shown",
                     f"on held-out samples {card.name} errs by {test:.2f} % of range with all inputs and by "
                     f"{alone:.2f} % with {own} alone: this log does not show what the other inputs do to it. "
-                    f"Log longer, each input over its range alone first and then all together, or take {own} as its "
-                    f"only input: dehyst identify.",
+                    f"Log longer, each input over its range alone first and then all together, or model {card.name} by "
+                    f"{own} as its only input.",
                 )
             )
     pair = len(model.outputs) == 2 and len(model.inputs) == 2
