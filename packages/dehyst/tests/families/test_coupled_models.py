@@ -11,7 +11,7 @@ import dehyst
 from dehyst import _native
 from dehyst.errors import DehystError, InvertibilityError, ModelFileError, ParameterError
 from dehyst.families import Scaling
-from dehyst.families._coupled import CoupledModel, Pair
+from dehyst.families._coupled import CorePair, CoupledModel
 from dehyst.families._elements import Element, ElementModel
 from dehyst.models import SignalCard
 from element_oracle import answers, signal
@@ -140,12 +140,12 @@ def test_a_step_takes_few_rounds_and_never_more_than_its_bound(seed):
     rng = np.random.default_rng(seed)
     model = pair_of(seed, ((1.0, rng.uniform(-1.0, 0.3)), (rng.uniform(0.0, 0.3), 1.0)))
     wanted = rng.normal(0.0, 30.0, (100, 2))
-    _, _, rounds = Pair(model, True, np.full(2, -2.0), np.full(2, 2.0)).run(
+    _, _, rounds = CorePair(model, True, np.full(2, -2.0), np.full(2, 2.0)).run(
         wanted, np.full(100, PERIOD)
     )
     assert rounds <= 66
     u, time = motion(seed)
-    _, _, usual = Pair(model, True, np.full(2, -2.0), np.full(2, 2.0)).run(
+    _, _, usual = CorePair(model, True, np.full(2, -2.0), np.full(2, 2.0)).run(
         model.simulate(u, time), np.diff(time, prepend=0.0)
     )
     assert usual <= 14
@@ -226,7 +226,7 @@ def test_what_does_not_fit_is_refused_with_what_to_pass(call, words):
 
 def test_the_core_refuses_parameters_of_no_pair():
     model = pair_of(11)
-    pair = Pair(model, True, np.full(2, -2.0), np.full(2, 2.0))
+    pair = CorePair(model, True, np.full(2, -2.0), np.full(2, 2.0))
     for place, value in ((2, 0.0), (6, 0.0), (0, np.nan), (10, 3.0)):
         numbers = pair.numbers.copy()
         numbers[place] = value

@@ -293,7 +293,7 @@ def _ends(card: SignalCard, values: Array) -> tuple[float, float]:
     return float(np.nanmin(values)), float(np.nanmax(values))
 
 
-def _reach(pair: families_kit.Pair) -> tuple[Array, Array]:
+def _reach(pair: families_kit.CorePair) -> tuple[Array, Array]:
     """Ends that no output leaves: every element at the largest it can be."""
     level, amplitude = pair.numbers[4:6], pair.numbers[6:8]
     lows, highs = pair.numbers[10:12], pair.numbers[12:14]
@@ -319,14 +319,14 @@ def _reach(pair: families_kit.Pair) -> tuple[Array, Array]:
     return level - np.abs(amplitude) * reach, level + np.abs(amplitude) * reach
 
 
-def _numbers(pair: families_kit.Pair) -> list[tuple[str, list[float]]]:
+def _numbers(pair: families_kit.CorePair) -> list[tuple[str, list[float]]]:
     values = pair.numbers.reshape(-1, 2).tolist()
     names = ("center", "half_range", "level", "amplitude", "rest")
     return list(zip(names, values[:5], strict=True))
 
 
 def _paths(
-    model: families_kit.CoupledModel, pair: families_kit.Pair, period: float
+    model: families_kit.CoupledModel, pair: families_kit.CorePair, period: float
 ) -> list[dict[str, Any]]:
     """Elements of the four sums, with gains for the period."""
     lows, highs = pair.numbers[10:12], pair.numbers[12:14]

@@ -271,7 +271,7 @@ class CoupledModel(Model):
             "dehyst.export.write_pair(model, folder)."
         )
 
-    def pair(self, solves: bool, limits: Sequence[tuple[float, float]]) -> Pair:
+    def pair(self, solves: bool, limits: Sequence[tuple[float, float]]) -> CorePair:
         """Return two inputs and two outputs as the core runs them, inputs within limits. [input]"""
         scaled = []
         for path, (low, high) in zip(self.paths[0], limits, strict=True):
@@ -280,9 +280,9 @@ class CoupledModel(Model):
         lows, highs = np.array(scaled).T
         return self._pair(solves, lows, highs)
 
-    def _pair(self, solves: bool, low: npt.ArrayLike, high: npt.ArrayLike) -> Pair:
+    def _pair(self, solves: bool, low: npt.ArrayLike, high: npt.ArrayLike) -> CorePair:
         """As `pair`, with scaled limits."""
-        return Pair(self, solves, np.broadcast_to(low, (2,)), np.broadcast_to(high, (2,)))
+        return CorePair(self, solves, np.broadcast_to(low, (2,)), np.broadcast_to(high, (2,)))
 
     def _columns(self, values: npt.ArrayLike, cards: Sequence[SignalCard], role: str) -> Array:
         array = np.ascontiguousarray(np.asarray(values, dtype=np.float64))
@@ -357,7 +357,7 @@ class CoupledModel(Model):
         )
 
 
-class Pair:
+class CorePair:
     """Two inputs and two outputs as the core runs them: the first output first, its own input first.
 
     Attributes

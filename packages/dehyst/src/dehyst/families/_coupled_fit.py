@@ -250,7 +250,7 @@ def fit_coupled(
     chosen = [_terms(fit, number, every, timed) for fit, number in zip(fits, own, strict=True)]
 
     def model_of(
-        choices: Sequence[Choice], floor: float
+        choices: Sequence[ChosenTerms], floor: float
     ) -> tuple[CoupledModel, list[SumsOfOutput]]:
         made = []
         for fit, number, choice in zip(fits, own, choices, strict=True):
@@ -276,14 +276,14 @@ def fit_coupled(
     alone, _ = model_of(
         [one._replace(inputs=(i,)) for one, i in zip(chosen, own, strict=True)], LEAST
     )
-    curves, _ = model_of([Choice(CURVES, FIRST, every, 0.0)] * len(fits), LEAST)
+    curves, _ = model_of([ChosenTerms(CURVES, FIRST, every, 0.0)] * len(fits), LEAST)
     results = []
     for fit, choice, one in zip(fits, chosen, made, strict=True):
         results.append(FittedOutput(choice.terms, fit.signs, choice.score, one.kkt))
     return FittedCoupled(model, alone, curves, tuple(results))
 
 
-class Choice(NamedTuple):
+class ChosenTerms(NamedTuple):
     """Terms of an output, their regularisation, the inputs that take part, and the error on what is left out."""
 
     terms: tuple[str, ...]
@@ -323,7 +323,7 @@ def _own(effects: Array) -> tuple[int, ...]:
     return (0, 1) if straight >= crossed else (1, 0)
 
 
-def _terms(fit: OutputFit, own: int, every: tuple[int, ...], timed: bool) -> Choice:
+def _terms(fit: OutputFit, own: int, every: tuple[int, ...], timed: bool) -> ChosenTerms:
     """Return the groups, the inputs and the regularisation that err least on what is left out."""
     choices = []
     # Sums of the own input alone come first: of those that are as good the smallest is taken.
@@ -333,13 +333,13 @@ def _terms(fit: OutputFit, own: int, every: tuple[int, ...], timed: bool) -> Cho
             of_terms = []
             for regularisation in (FIRST, *OTHERS):
                 score = fit.score(columns, regularisation, own, LEAST)
-                of_terms.append(Choice(terms, regularisation, inputs, score))
+                of_terms.append(ChosenTerms(terms, regularisation, inputs, score))
             choices.append(min(of_terms, key=lambda one: one.score))
     least = min(one.score for one in choices)
     return next(one for one in choices if one.score <= POLICY.smaller_model * least)
 
 
-def _sums(fit: OutputFit, choice: Choice, own: int, floor: float) -> SumsOfOutput:
+def _sums(fit: OutputFit, choice: ChosenTerms, own: int, floor: float) -> SumsOfOutput:
     """Return the sums of an output, fitted to all rows, without the terms that hardly matter."""
     rows = fit.rows
     columns = rows.of(choice.terms, choice.inputs)

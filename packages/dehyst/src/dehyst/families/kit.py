@@ -8,8 +8,8 @@ if TYPE_CHECKING:
     from dehyst.families._butterfly import butterfly_in as butterfly_in
     from dehyst.families._choice import Terms as Terms
     from dehyst.families._choice import row_again as row_again
+    from dehyst.families._coupled import CorePair as CorePair
     from dehyst.families._coupled import CoupledModel as CoupledModel
-    from dehyst.families._coupled import Pair as Pair
     from dehyst.families._coupled_fit import CoupledTraining as CoupledTraining
     from dehyst.families._coupled_fit import FittedCoupled as FittedCoupled
     from dehyst.families._coupled_fit import fit_coupled as fit_coupled
@@ -33,7 +33,7 @@ __getattr__, __dir__, __all__ = lazy_names(
     {
         "_butterfly": "Butterfly butterfly_in",
         "_choice": "Terms row_again",
-        "_coupled": "CoupledModel Pair",
+        "_coupled": "CoupledModel CorePair",
         "_coupled_fit": "CoupledTraining FittedCoupled fit_coupled",
         "_elements": "ElementModel KINDS LAGS SOURCES",
         "_lateness": "ChosenRow",

@@ -29,7 +29,7 @@ from dehyst.models import StaticCurve
 RESOLVED = 1e-3  # of the largest output of a recording: smaller ones count as if they were so large
 
 
-class Start(NamedTuple):
+class PieceStart(NamedTuple):
     """What came before a piece, and from where on it counts."""
 
     lead: Array  # scaled inputs and outputs of strokes before its first sample, (S, 2)
@@ -65,7 +65,7 @@ class Prepared:
     schedules: tuple[ScheduleRange, ...]
     measure: Measure
     weights: tuple[Array, ...] | None = None
-    starts: Mapping[int, Start] = field(default_factory=dict)
+    starts: Mapping[int, PieceStart] = field(default_factory=dict)
     relative: bool = False
     shared: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False)
     _fits: dict[Candidate, Fit] = field(default_factory=dict, init=False, repr=False)

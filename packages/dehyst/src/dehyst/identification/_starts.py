@@ -20,7 +20,7 @@ from dehyst.families import LoopModel, Stretch, Training
 from dehyst.identification._data import Piece
 from dehyst.identification._memory import known_from
 from dehyst.identification._policy import POLICY
-from dehyst.identification._prepared import Prepared, Start
+from dehyst.identification._prepared import PieceStart, Prepared
 from dehyst.identification._training import stretch_of
 from dehyst.models import kit as models_kit
 
@@ -68,7 +68,7 @@ def with_starts(log: Prepared, model: LoopModel, fit: Fitting) -> Prepared | Non
         for n in short:
             lead = begun.stretches[n].lead
             assert lead is not None
-            starts[fitted[n]] = Start(lead, 0)
+            starts[fitted[n]] = PieceStart(lead, 0)
         model = fit(begun)
         for k, piece in enumerate(pieces):
             if piece.split or not _is_short(piece):
@@ -77,7 +77,7 @@ def with_starts(log: Prepared, model: LoopModel, fit: Fitting) -> Prepared | Non
             stretch = stretch_of(log.records, piece, first)
             lead = _started(stretch, every, model, first).stretch.lead
             assert lead is not None
-            starts[k] = Start(lead, first)
+            starts[k] = PieceStart(lead, first)
     except DehystError:
         return None
     return replace(log, starts=starts)
