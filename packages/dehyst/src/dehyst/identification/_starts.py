@@ -106,9 +106,9 @@ def _pays(plain: Training, every: Training, short: Sequence[int], fit: Fitting) 
         begun = fit(_rounds(_some(every, remaining), still_short, fit, first))
         for n in left_out:
             stretch = every.stretches[n]
-            told = _first_part(stretch.x.size)
-            without += stretch.weight * _started(stretch, every, first, told).error
-            with_starts += stretch.weight * _started(stretch, every, begun, told).error
+            samples = _first_part(stretch.x.size)
+            without += stretch.weight * _started(stretch, every, first, samples).error
+            with_starts += stretch.weight * _started(stretch, every, begun, samples).error
     return bool(with_starts < POLICY.starts_worth**2 * without)
 
 
@@ -130,8 +130,8 @@ def _rounds(every: Training, short: Sequence[int], fit: Fitting, model: LoopMode
     return begun
 
 
-def _started(stretch: Stretch, training: Training, model: LoopModel, told: int) -> _Begun:
-    """Return a stretch with the strokes before it that explain its first samples best, so many as `told` says."""
+def _started(stretch: Stretch, training: Training, model: LoopModel, samples: int) -> _Begun:
+    """Return a stretch with the strokes before it that explain its first samples best, so many as `samples` says."""
     scaling = training.scaling
     x = scaling.center + scaling.half_range * stretch.x
     y = np.where(stretch.counts, scaling.outward(stretch.y), np.nan)
@@ -146,7 +146,7 @@ def _started(stretch: Stretch, training: Training, model: LoopModel, told: int) 
         at = None if time is None else time[part]
         return at, {name: values[part] for name, values in signals.items()}
 
-    known, after = slice(0, told), slice(told, None)
+    known, after = slice(0, samples), slice(samples, None)
     past = models_kit.known_past(model, x[known], y[known], *rest_of(known))
     strokes = past.strokes
     held = {name: np.full(strokes.size, values[0]) for name, values in signals.items()}
@@ -157,7 +157,7 @@ def _started(stretch: Stretch, training: Training, model: LoopModel, told: int) 
     outputs = model.at_rest(float(strokes[0])).simulate(strokes, stamps, **held)
     lead = np.column_stack([scaling.inward(strokes), scaling.swapped().inward(outputs)])
     begun = replace(stretch, lead=lead)
-    if told >= x.size:
+    if samples >= x.size:
         return _Begun(begun, 0.0)
     stamps, signals_after = rest_of(after)
     miss = (past.model.simulate(x[after], stamps, **signals_after) - y[after]) / scaling.amplitude
