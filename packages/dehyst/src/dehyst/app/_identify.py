@@ -86,6 +86,7 @@ def _refuse_options(request: IdentifyRequest) -> None:
         "--thresholds": request.thresholds is not None,
         "--shear": request.shear is not None,
         "--max-inverse-gain": request.max_inverse_gain is not None,
+        "--relative": request.relative,
     }
     sized = request.size is not None or request.processor is not None
     if request.family != "auto" and request.ahead != "auto":
@@ -152,6 +153,7 @@ def _identify(request: IdentifyRequest) -> tuple[Fit, StepCost | None]:
         settings |= {"shear": request.shear, "max_inverse_gain": request.max_inverse_gain}
     settings["ahead"] = seconds_ahead(request.ahead)
     settings["resonance"] = _resonance(request)
+    settings["relative"] = request.relative
     with ask_progress("reading", request.json) as progress:
         records = [record for _, _, record in read_logs(request, progress)]
 
@@ -168,6 +170,7 @@ def _identify(request: IdentifyRequest) -> tuple[Fit, StepCost | None]:
             purpose=request.purpose,
             train_fraction=fraction,
             resonance=settings["resonance"],
+            relative=request.relative,
         )
         if most is not None and fit.model.free_parameters > most:
             raise ParameterError(f"{family} has more than {most} numbers.")

@@ -128,6 +128,10 @@ class IdentifyRequest(LogsRequest):
     period: float | None = option(
         "Period of the controller on that processor [s]; by default that of the log."
     )
+    relative: bool = option(
+        "Errors count relative to the output of their log: small loops count as much as large ones.",
+        False,
+    )
     n: str = option("Number of operators, or auto: by held-out error.", "100")
     eps: str | None = option(
         "Smallest slope after a reversal, relative to the ranges; auto, the default: the largest that costs less than "

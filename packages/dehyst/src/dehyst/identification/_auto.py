@@ -247,8 +247,8 @@ def identify(
         resonance = _typed_resonance(resonance, family, changed)
     if relative and (changed or not (family == "auto" or family in ROW_NAMES)):
         raise ParameterError(
-            f"relative errors are for auto and the rows of elements, and not for {', '.join(changed) or family}. Leave "
-            f"one of them out.",
+            f"relative errors (--relative) are for auto and the rows of elements, and not for "
+            f"{', '.join(changed) or family}. Leave one of them out.",
             family=family,
         )
     if family == Direct.family:
