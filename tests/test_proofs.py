@@ -194,7 +194,7 @@ def test_eva_derives_the_range_of_a_tunable_export_whatever_its_pages_hold_and_n
 def test_eva_derives_how_far_an_element_block_moves_and_that_it_moves():
     files, evaluated = (*eva.ELEMENTS, "element_block.c"), ("SOLVES=0", "REACH=DEHYST_FAR")
     try:
-        assert eva.analysed("element_block.c", BLOCKS[0], files, 1, evaluated) == 10
+        assert eva.analysed("element_block.c", BLOCKS[0], files, 1, evaluated) == 11
     except Missing as missing:
         pytest.skip(str(missing))
     with pytest.raises(Failed, match="'last'"):

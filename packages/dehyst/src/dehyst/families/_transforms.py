@@ -50,8 +50,8 @@ def transforms(scaling: Scaling) -> dict[str, Pairs]:
     --------
     >>> sorted(transforms(Scaling(center=50.0, half_range=50.0)))
     ['root', 'square']
-    >>> sorted(transforms(Scaling(center=0.0, half_range=50.0))), sorted(transforms(Scaling(5.5, 4.6)))
-    ([], ['logarithm'])
+    >>> sorted(transforms(Scaling(center=5.5, half_range=4.6))), sorted(transforms(Scaling(0.0, 50.0)))
+    (['logarithm', 'root', 'square'], [])
     """
     x = np.linspace(-1.0, 1.0, POINTS)
     u = scaling.center + scaling.half_range * x
