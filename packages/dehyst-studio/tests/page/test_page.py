@@ -96,6 +96,7 @@ def test_every_option_that_a_message_prescribes_has_a_control_in_the_studio():
     elsewhere = {
         "--quantity",
         "--reading",
+        "--relative",
         "--resonance",
         "--shear",
         "--symmetric",

@@ -40,7 +40,14 @@ def tracked(fit, coupling, sign=1.0):
     return 100.0 * np.sqrt(np.mean((got - wanted) ** 2, axis=0)) / np.ptp(wanted, axis=0)
 
 
-@pytest.mark.parametrize(("coupling", "sign"), [(0.1, 1.0), (0.1, -1.0), (0.9, -1.0)])
+@pytest.mark.parametrize(
+    ("coupling", "sign"),
+    [
+        (0.1, 1.0),
+        pytest.param(0.1, -1.0, marks=pytest.mark.slow),
+        pytest.param(0.9, -1.0, marks=pytest.mark.slow),
+    ],
+)
 def test_a_stage_of_relays_is_inverted_with_a_certificate(coupling, sign):
     fit = dehyst.identify(recording(samples=6000, coupling=coupling, sign=sign), **NAMES)
     assert fit.determinant > 0.0 and "one pair of inputs" in fit.certificate
@@ -52,6 +59,7 @@ def test_a_stage_of_relays_is_inverted_with_a_certificate(coupling, sign):
     assert np.all(tracked(fit, coupling, sign) < 1.5)
 
 
+@pytest.mark.slow
 def test_inputs_in_another_order_give_the_same_model():
     straight = dehyst.identify(recording(), **NAMES)
     turned = dehyst.identify(recording(), input=["b", "a"], output=["x", "y"])
@@ -62,6 +70,7 @@ def test_inputs_in_another_order_give_the_same_model():
         )
 
 
+@pytest.mark.slow
 def test_an_output_that_falls_with_an_input_has_a_negative_effect():
     fit = dehyst.identify(recording(coupling=0.3, sign=-1.0), **NAMES)
     x, y = fit.outputs
@@ -78,6 +87,7 @@ def test_one_output_of_two_inputs_errs_less_than_a_model_of_one():
     ).shape == (3000, 2)
 
 
+@pytest.mark.slow
 def test_without_coupling_the_other_input_has_next_to_no_effect():
     fit = dehyst.identify(recording(coupling=0.0), **NAMES)
     x, y = fit.outputs
@@ -86,6 +96,7 @@ def test_without_coupling_the_other_input_has_next_to_no_effect():
     )
 
 
+@pytest.mark.slow
 def test_breaks_and_several_recordings_are_pieces_of_their_own():
     log = recording()
     halves = []
@@ -181,6 +192,7 @@ def test_from_a_log_to_inputs_that_give_the_wanted_outputs(folder):
     assert np.max(np.abs(back[:, 3:] - table[:, 1:3])) < 1e-9
 
 
+@pytest.mark.slow
 def test_json_holds_the_figures(folder):
     done = run("coupled", folder / "stage.csv", *OPTIONS, "--json")
     figures = json.loads(done.stdout)
@@ -227,6 +239,7 @@ def test_an_option_of_one_value_that_is_typed_twice_is_refused_with_the_command_
     assert "--input was typed 2 times" in done.stderr and "dehyst coupled" in done.stderr
 
 
+@pytest.mark.slow
 def test_a_log_that_begins_elsewhere_than_at_rest_is_fitted_behind_what_is_not_known():
     log = recording(samples=6000)
     further = {name: values[400:] for name, values in log.schedules.items()}
