@@ -265,3 +265,22 @@ def test_coupling_that_the_log_does_not_show_is_said():
     fit = dehyst.identify(b, input=["a", "b"], output=["x"])
     assert "coupling-not-shown" in {finding.code for finding in fit.warnings}
     assert fit.outputs[0].effects["b"] == 0.0
+
+
+def test_one_output_is_compensated_while_the_other_input_is_in_the_file(folder):
+    saved = folder / "one.json"
+    done = run("coupled", folder / "stage.csv", *OPTIONS[:6], "--save", saved)
+    assert done.exit_code == 0 and "one value of a for each x" in " ".join(done.output.split())
+    columns = {name: values[:300] for name, values in stage_log().items()}
+    write_csv(folder / "known.csv", {name: columns[name] for name in ("time_s", "x_um", "b_V")})
+    done = run("compensate", saved, folder / "known.csv", "--out", folder / "one.csv")
+    assert done.exit_code == 0, done.output
+    assert (folder / "one.csv").read_text().startswith("time [s],x [um],compensated a [V]\n")
+    demand = np.genfromtxt(folder / "one.csv", delimiter=",", skip_header=1)[:, 2]
+    write_csv(
+        folder / "both.csv", {"time_s": columns["time_s"], "a_V": demand, "b_V": columns["b_V"]}
+    )
+    done = run("simulate", saved, folder / "both.csv", "--out", folder / "back.csv")
+    assert done.exit_code == 0, done.output
+    back = np.genfromtxt(folder / "back.csv", delimiter=",", skip_header=1)[:, 3]
+    assert np.max(np.abs(back - columns["x_um"])) < 1e-9

@@ -32,7 +32,7 @@ SHOWN = 4000  # samples of a picture
 
 
 def run_coupled(request: CoupledRequest) -> None:
-    """Read, identify, save, export, draw, print."""
+    """Read, identify, save, draw, print."""
     refuse_clashes(
         list(request.logs),
         request.overwrite,

@@ -80,7 +80,6 @@ def run_export(request: ExportRequest) -> None:
 
 
 # Of `dehyst export`, what a model of two inputs has.
-DIRECTIONS = ("inverse", "forward")
 OF_PAIR = ("model", "target", "out", "real", "what", "period", "name", "overwrite", "json")
 
 
@@ -90,7 +89,7 @@ def _export_pair(model: families_kit.CoupledModel, request: ExportRequest, real:
     for entry in fields(request):
         if entry.name not in OF_PAIR and getattr(request, entry.name) != entry.default:
             typed.append(f"--{entry.name.replace('_', '-')}")
-    if typed or request.target != "c" or request.what not in DIRECTIONS:
+    if typed or request.target != "c" or request.what not in export_kit.WHATS:
         others = ", ".join([*typed, f"--target {request.target}", f"--what {request.what}"])
         raise ParameterError(
             f"'{request.model}' has {len(model.inputs)} inputs, and a unit of several is written in C alone, with its "

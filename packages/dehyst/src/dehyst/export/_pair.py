@@ -29,14 +29,14 @@ from dehyst.export._folder import (
 from dehyst.export._folders import TEMPLATES
 from dehyst.export._names import check_name
 from dehyst.export._rendering import render
-from dehyst.export._subject import REALS, SAME_WORDS, check_choice
+from dehyst.export._subject import REALS, SAME_WORDS, WHATS, check_choice
 from dehyst.families import kit as families_kit
 from dehyst.models import SignalCard, model_to_dict
+from dehyst.models import kit as models_kit
 from dehyst.shell import visible_text
 from dehyst.version import __version__
 
 PAIR = "pair"  # what the settings of such an export say
-DIRECTIONS = ("inverse", "forward")
 FUNCTIONS = ("dehyst_pair_reset", "dehyst_pair_step")
 SAMPLES = 600  # of the test signal
 BEYOND = 1.1  # of the range, as far as the test signal goes
@@ -123,7 +123,6 @@ def write_pair(
     --------
     >>> import tempfile, pathlib
     >>> from dehyst.families.kit import CoupledModel, ElementModel
-    >>> row = (ElementModel(), ElementModel())
     >>> a, b, x, y = (SignalCard(name, "", -1.0, 1.0) for name in "abxy")
     >>> from dehyst.families._elements import Element
     >>> weak = ElementModel((Element("play", 0.1, weight=0.2),))
@@ -142,13 +141,13 @@ def write_pair(
             f"{len(model.outputs)}. Play it in Python with simulate(), or identify two inputs and two outputs."
         )
     check_name(name)
-    check_choice(direction, DIRECTIONS, "direction")
+    check_choice(direction, WHATS, "direction")
     check_choice(real, REALS, "real")
     if direction == "inverse":
         model.inverse()  # says why there is none
     seconds = 0.0
     if model.rate_dependent:
-        seconds = _positive(model.period if period is None else period)
+        seconds = models_kit.positive_period(model.period if period is None else period)
     ends = []
     for card, typed in zip(model.inputs, limits or (None, None), strict=True):
         low, high = typed if typed is not None else (card.low, card.high)
@@ -164,15 +163,6 @@ def write_pair(
     with alone(place):
         put(place, content, {*(exported_files(place) or {}), MANIFEST, VERIFIED})
     return tuple(sorted(content))
-
-
-def _positive(period: float) -> float:
-    if not period > 0.0:
-        raise ParameterError(
-            f"the model creeps or depends on the rate, and a period of {period:g} s is none. Pass period, the seconds "
-            f"between two samples of your loop (in a terminal: --period 0.001)."
-        )
-    return float(period)
 
 
 def settings_of(stored: Mapping[str, Any]) -> PairSettings:

@@ -37,11 +37,10 @@ from dehyst.families._files import family_model
 from dehyst.families._inversion import FARTHEST
 from dehyst.families._registry import BEST
 from dehyst.families._rising import least_slope
-from dehyst.models import Model, ModelCard, SignalCard
+from dehyst.models import BLOCK_FLAGS, Model, ModelCard, SignalCard
 from dehyst.models import kit as models_kit
 
 FAMILY = "coupled"
-REJECTED, LIMITED = 1, 4  # flags of the core
 LEAST_DETERMINANT = 1e-6  # scaled: below it rounding would be more than 1e-10 of an inverse
 
 Paths = tuple[tuple[ElementModel, ...], ...]
@@ -304,7 +303,7 @@ class CoupledModel(Model):
         return array
 
     def _steps(self, time: npt.ArrayLike | None, size: int) -> Array | None:
-        """Time from the sample before, (T,), 0 at the first. [s]"""
+        """Time from the sample before, (T,), a period at the first. [s]"""
         if not self.rate_dependent:
             return None
         if time is None:
@@ -432,7 +431,7 @@ class CorePair:
     def answers(self, samples: Array, steps: Array | None) -> Array:
         """Return the answers (T, 2); refuse samples that the core rejects."""
         answers, flags, _ = self.run(samples, steps)
-        rejected = int(np.count_nonzero(flags & REJECTED))
+        rejected = int(np.count_nonzero(flags & BLOCK_FLAGS["rejected"]))
         if rejected:
             raise ParameterError(
                 f"{rejected} samples are beyond {_native.INPUT_LIMIT:g}; the memory would carry them into every later "

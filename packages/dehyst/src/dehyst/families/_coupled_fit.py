@@ -10,8 +10,9 @@ two inputs, the floor is raised until the least determinant of the slopes is abo
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
@@ -60,7 +61,7 @@ TERMS = (
 TIMELESS = TERMS[:4]
 NOTHING = (Element("input", weight=0.0),)
 CURVES: tuple[str, ...] = ()
-FLOORS = (LEAST, 0.05, 0.1, 0.2, 0.3, 0.4)
+FLOORS = (0.05, 0.1, 0.2, 0.3, 0.4)  # above LEAST
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,17 +88,11 @@ class FittedOutput:
     ----------
     terms
         Groups of columns that were chosen.
-    signs
-        s_i of each input.
-    score
-        Error on what is left out, rms, scaled.
     kkt
         Violation of the optimality conditions, relative.
     """
 
     terms: tuple[str, ...]
-    signs: tuple[float, ...]
-    score: float
     kkt: float
 
 
@@ -160,6 +155,24 @@ class Rows:
             begin += columns.cell.size
         return np.concatenate(used)
 
+    @cached_property
+    def probed(self) -> Array:
+        """All columns along random strokes of one input after the other, the others at rest, (K', p)."""
+        blocks = []
+        for number, one in enumerate(self.training.inputs):
+            parts = []
+            x, dt = probing(one.stretches, number)
+            chosen = np.unique(np.linspace(0, x.size - 1, PROBED_ROWS).astype(np.int64))
+            for other, columns in enumerate(self.columns):
+                if other != number:
+                    parts.append(np.zeros((chosen.size, columns.cell.size)))
+                    continue
+                cells = ElementModel(columns.cells)
+                e, _ = cells.columns(x, dt, cells.rest(float(x[0])))
+                parts.append(columns.values(np.ascontiguousarray(e[chosen])))
+            blocks.append(np.hstack(parts))
+        return np.vstack(blocks)
+
     def _neighbours(self) -> Numbers:
         pairs = []
         begin = 0
@@ -176,7 +189,14 @@ class OutputFit:
         self.rows, self.signs = rows, signs
         self.y = rows.target(output)
         self.values = rows.values * np.array(signs)[rows.input]
-        self._sums = tuple(self._summed(fold) for fold in rows.folds)
+
+    @cached_property
+    def _spread(self) -> Sums:
+        return self._summed(self.rows.folds[0])
+
+    @cached_property
+    def _in_one_piece(self) -> Sums:
+        return self._summed(self.rows.folds[1])
 
     def _summed(self, fold: Numbers) -> Sums:
         least = np.zeros(self.values.shape[1])
@@ -195,7 +215,7 @@ class OutputFit:
         """Return the error on what is left out, as of `dehyst.data.kit.score_of`."""
         errors = []
         values = self.values[:, columns]
-        for sums, fold in zip(self._sums, self.rows.folds, strict=True):
+        for sums, fold in zip((self._spread, self._in_one_piece), self.rows.folds, strict=True):
             program = Program(sums, columns, False).with_least(self.least(own, floor, columns))
             fitted = program.solve_each(WITHOUT, regularisation)
             for number, weights in enumerate(fitted):
@@ -213,7 +233,7 @@ class OutputFit:
         self, columns: Numbers, regularisation: RampRegularisation, own: int | None, floor: float
     ) -> Weights:
         """Return the weights from all rows."""
-        program = Program(self._sums[0], columns, False)
+        program = Program(self._spread, columns, False)
         return program.with_least(self.least(own, floor, columns)).solve(EVERY, regularisation)
 
     def effects(self, columns: Numbers, weights: Weights) -> Array:
@@ -258,17 +278,21 @@ def fit_coupled(
         paths = _paths(made, scalings, period)
         return CoupledModel(paths, tuple(inputs), tuple(outputs), tuple(rest), period), made
 
+    def dearer(floor: float) -> float:
+        """By how much a floor raises the error on what is left out, of the output where that is most."""
+        shares = []
+        for fit, choice, number in zip(fits, chosen, own, strict=True):
+            columns = rows.of(choice.terms, choice.inputs)
+            score = fit.score(columns, choice.regularisation, number, floor)
+            shares.append(score / max(choice.score, 1e-300))
+        return max(shares)
+
     model, made = model_of(chosen, LEAST)
     if len(outputs) == len(inputs) == 2:
-        certain = False
+        certain = model.determinant > LEAST_DETERMINANT
         for floor in FLOORS:
-            cost = max(
-                fit.score(rows.of(one.terms, one.inputs), one.regularisation, number, floor)
-                / one.score
-                for fit, one, number in zip(fits, chosen, own, strict=True)
-            )
             # Beyond the first certain inverse a firmer one, of lower gain, must cost next to nothing.
-            if certain and cost > POLICY.affordable_gain:
+            if certain and dearer(floor) > POLICY.affordable_gain:
                 break
             firmer, sums = model_of(chosen, floor)
             if firmer.determinant > LEAST_DETERMINANT:
@@ -278,8 +302,8 @@ def fit_coupled(
     )
     curves, _ = model_of([ChosenTerms(CURVES, FIRST, every, 0.0)] * len(fits), LEAST)
     results = []
-    for fit, choice, one in zip(fits, chosen, made, strict=True):
-        results.append(FittedOutput(choice.terms, fit.signs, choice.score, one.kkt))
+    for choice, one in zip(chosen, made, strict=True):
+        results.append(FittedOutput(choice.terms, one.kkt))
     return FittedCoupled(model, alone, curves, tuple(results))
 
 
@@ -344,7 +368,7 @@ def _sums(fit: OutputFit, choice: ChosenTerms, own: int, floor: float) -> SumsOf
     rows = fit.rows
     columns = rows.of(choice.terms, choice.inputs)
     weights = fit.weights(columns, choice.regularisation, own, floor)
-    probed = np.vstack(list(_probed(rows, fit.signs)))[:, columns]
+    probed = (rows.probed * np.array(fit.signs)[rows.input])[:, columns]
     values = fit.values[:, columns]
     of_log = np.arange(len(values) + len(probed)) < len(values)
     score = choice.score or fit.score(columns, choice.regularisation, own, floor)
@@ -371,23 +395,6 @@ def _sums(fit: OutputFit, choice: ChosenTerms, own: int, floor: float) -> SumsOf
             signed.append(replace(element, weight=fit.signs[number] * element.weight))
         elements.append(tuple(signed))
     return SumsOfOutput(tuple(elements), smaller.offset, max(weights.kkt, smaller.kkt))
-
-
-def _probed(rows: Rows, signs: tuple[float, ...]) -> Iterator[Array]:
-    """Yield rows of all columns along random strokes of one input after the other, the others at rest."""
-    for number, one in enumerate(rows.training.inputs):
-        parts = []
-        x, dt = probing(one.stretches, number)
-        chosen = np.unique(np.linspace(0, x.size - 1, PROBED_ROWS).astype(np.int64))
-        for other, columns in enumerate(rows.columns):
-            if other != number:
-                parts.append(np.zeros((chosen.size, columns.cell.size)))
-                continue
-            cells = ElementModel(columns.cells)
-            steps = dt if dt is not None or not cells.rate_dependent else np.zeros(x.size)
-            e, _ = cells.columns(x, steps, cells.rest(float(x[0])))
-            parts.append(signs[number] * columns.values(np.ascontiguousarray(e[chosen])))
-        yield np.hstack(parts)
 
 
 def _paths(

@@ -63,7 +63,7 @@ class CoupledFit:
     Attributes
     ----------
     model
-        `dehyst.families.CoupledModel`.
+        `dehyst.families.kit.CoupledModel`.
     outputs
         Of each output its errors.
     input_percent
@@ -95,7 +95,7 @@ class CoupledFit:
             return f"one value of {own} for each {self.outputs[0].name} while the other inputs are known."
         return (
             f"one pair of inputs for each pair of outputs, in every state: the determinant of the slopes is at least "
-            f"{self.determinant:.2g}, and there are two answers only where it is below 0."
+            f"{self.determinant:.2g}, and has to be above 0."
         )
 
     def as_dict(self) -> dict[str, Any]:

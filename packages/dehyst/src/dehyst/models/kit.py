@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from dehyst.models._model import Steps as Steps
     from dehyst.models._model import WeightTable as WeightTable
     from dehyst.models._model import earlier as earlier
+    from dehyst.models._model import positive_period as positive_period
     from dehyst.models._model import require_model as require_model
     from dehyst.models._model import without_inverse as without_inverse
     from dehyst.models._offset import following as following
@@ -54,7 +55,7 @@ __getattr__, __dir__, __all__ = lazy_names(
         "_follow": "follow",
         "_known": "KnownPast known_past",
         "_machine": "Direction EPS_FLOAT Machine Operator declared_range",
-        "_model": "Inverted Steps WeightTable earlier require_model without_inverse",
+        "_model": "Inverted Steps WeightTable earlier positive_period require_model without_inverse",
         "_offset": "following offset_numbers range_width",
         "_resonance": "resonance_of",
         "_speed": "faster_than_log",
