@@ -480,9 +480,7 @@ class Workshop:
         """Return columns, weights and lower bounds of a candidate that is fitted to all rows."""
         columns = self.columns.take(self.columns.of(chosen.sum.groups))
         bank = self._bank(columns, self.start, whole=True)
-        # No fold is left out of this fit.
-        undivided = np.zeros(bank.target.size, dtype=np.int64)
-        sums = self._sums(columns, bank, PIECES if chosen.mapped else 1, undivided)
+        sums = self._sums(columns, bank, PIECES if chosen.mapped else 1, _undivided(bank))
         program = Program(sums, np.arange(columns.cell.size), chosen.mapped)
         # Each fit begins with the weights that carried in the one before.
         _, warm = self._program(chosen.sum.groups, chosen.mapped)
@@ -608,7 +606,8 @@ class Workshop:
         least, best = np.inf, ""
         for start in STARTS[self.direction]:
             bank = self._bank(columns, start)
-            program = Program(self._sums(columns, bank, 1), every_column, False)
+            sums = self._sums(columns, bank, 1, _undivided(bank))
+            program = Program(sums, every_column, False)
             weights = program.solve(EVERY, FIRST)
             miss = weights.outputs(bank.values @ weights.weight) - bank.target
             error = float(np.sqrt(np.average(miss**2, weights=bank.weight)))
@@ -701,6 +700,11 @@ def row_bank(
         weight=weight,
         places=np.concatenate(places),
     )
+
+
+def _undivided(bank: RowBank) -> Numbers:
+    """Folds of rows of which none is left out of a fit, (K,)."""
+    return np.zeros(bank.target.size, dtype=np.int64)
 
 
 def _squares(weights: Weights, bank: RowBank) -> float:

@@ -151,25 +151,30 @@ def block_sums(
     """Add up rows: columns (T, p), outputs, blocks and weights (T,)."""
     knots = np.linspace(float(y.min()), float(y.max()), pieces + 1)
     place, ramps = _ramps(y, knots)
-    rows = np.hstack([np.ones((y.size, 1)), columns, -ramps])
-    n = rows.shape[1]
+    order = np.lexsort((place, block))
+    bounds = np.searchsorted(block[order] * pieces + place[order], np.arange(BLOCKS * pieces + 1))
+    # Rows of a part lie side by side; those of one part alone do already.
+    if np.any(np.diff(order) < 0):
+        columns, ramps = columns.take(order, axis=0), ramps.take(order, axis=0)
+        y, weight = y[order], weight[order]
     # Rows times the roots of their weights: a product of one matrix with itself takes half of what that of two takes.
     root = np.sqrt(weight)
-    if np.any(root != 1.0):
-        rows *= root[:, None]
+    size = 1 + columns.shape[1]
+    n = size + pieces
+    rows = np.empty((y.size, n))
+    rows[:, 0] = root
+    np.multiply(columns, root[:, None], out=rows[:, 1:size])
+    np.multiply(ramps, -root[:, None], out=rows[:, size:])
     target = root * y
     gram, rhs = np.zeros((BLOCKS, pieces, n * (n + 1) // 2)), np.zeros((BLOCKS, pieces, n))
     square_matrix = np.empty((n, n))
     counted, square = np.zeros((BLOCKS, pieces)), np.zeros((BLOCKS, pieces))
-    order = np.lexsort((place, block))
-    bounds = np.searchsorted(block[order] * pieces + place[order], np.arange(BLOCKS * pieces + 1))
     for k in range(BLOCKS * pieces):
         b, m = divmod(k, pieces)
-        part = order[bounds[k] : bounds[k + 1]]
-        if not part.size:
+        part = slice(bounds[k], bounds[k + 1])
+        part_rows = rows[part]
+        if not len(part_rows):
             continue
-        # What is in one part alone is in order, and need not be gathered.
-        part_rows = rows if part.size == y.size else rows[part]
         np.matmul(part_rows.T, part_rows, out=square_matrix)
         _native.triangle(square_matrix, gram[b, m])
         rhs[b, m] = part_rows.T @ target[part]

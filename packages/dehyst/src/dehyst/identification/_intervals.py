@@ -205,7 +205,8 @@ def draws_of(form: LinearForm, seed: int = 0) -> Draws:
     gram[np.diag_indices_from(gram)] += REGULAR * float(np.mean(np.diag(gram)))
     free = form.unknowns > form.lower
     free[0] = True
-    known = 1.0 / np.diag(np.linalg.inv(gram[np.ix_(free, free)]))
+    gram_of_free = gram[np.ix_(free, free)]
+    known = 1.0 / np.diag(np.linalg.inv(gram_of_free))
     # Deviation of a sum of errors over the root of its length.
     lasting = float(np.sqrt(np.mean(miss**2) * max(1.0, 2.0 * POLICY.lost_variance * length)))
     random = np.random.default_rng(seed)
@@ -215,7 +216,7 @@ def draws_of(form: LinearForm, seed: int = 0) -> Draws:
     for number, (begin, end) in enumerate(pairwise(ends.tolist())):
         part, errors = rows[begin:end], miss[begin:end]
         of_free = part[:, free]
-        others = np.linalg.inv(gram[np.ix_(free, free)] - of_free.T @ of_free)
+        others = np.linalg.inv(gram_of_free - of_free.T @ of_free)
         if np.min(1.0 / (np.diag(others) * known)) < POLICY.told_elsewhere:
             # The fit follows the errors of such a block, and without it there is none.
             alone += lasting * random.normal(size=(len(alone), end - begin)) @ part
@@ -238,7 +239,7 @@ def _solved(form: LinearForm, gram: Array, forces: Array, free: Mask) -> Array:
     solutions = np.empty_like(forces)
     for k, force in enumerate(forces):
         v, *_ = _native.solve_bounded(
-            system.copy(),
+            system,
             (at_rest + force) * scale,
             lower,
             1,
