@@ -1,6 +1,7 @@
 """The command ``dehyst``, also as ``python -m dehyst``; Ctrl-C is handled from the first import on."""
 
 import _signal  # type: ignore[import-not-found]  # part of the interpreter; `signal` would have to be loaded
+import gc
 import os
 
 
@@ -18,6 +19,7 @@ if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
 
 def main() -> None:
     """Run the command line; ends the process with the status of how it went."""
+    gc.disable()  # what is loaded stays: a command looks for garbage from its beginning on
     from dehyst.app import heed, let_go
 
     heed(_end)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 from dataclasses import MISSING, Field, fields
 from importlib import import_module
@@ -81,7 +82,10 @@ def add(command: Command) -> None:
             if isinstance(value, list):
                 options[key] = tuple(value)
         module, _, function = command.run.partition(":")
-        getattr(_loaded(module), function)(request(**options))
+        work = getattr(_loaded(module), function)
+        gc.freeze()
+        gc.enable()
+        work(request(**options))
 
     hints = get_type_hints(request)
     parameters = [_parameter(entry, hints[entry.name]) for entry in fields(request)]

@@ -8,11 +8,13 @@ is exported beside models), ``dehyst.designs`` (of `dehyst design`) and ``dehyst
 from __future__ import annotations
 
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from dehyst.errors import ParameterError
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 # What dehyst's other packages add, so that what is not installed can be named: commands, in the order of `--help`.
 COMMANDS = MappingProxyType(
@@ -52,6 +54,8 @@ def added(group: str) -> dict[str, EntryPoint]:
     >>> "no-such-command" in added("dehyst.commands")
     False
     """
+    from importlib.metadata import entry_points  # takes longer than everything else here
+
     return {point.name: point for point in entry_points(group=group)}
 
 

@@ -227,7 +227,10 @@ def identify(
             purpose=purpose,
         )
     names_of_plays = ("auto", *FAMILIES, STATIC, Direct.family)
-    if not isinstance(family, str) or not (family in names_of_plays or is_family(family)):
+    is_name = isinstance(family, str)
+    # Families of other packages are looked for last: that takes as long as reading a log.
+    of_registry = is_name and family not in names_of_plays and is_family(family)
+    if not is_name or not (of_registry or family in names_of_plays):
         names = (*names_of_plays, *names_of_literature())
         hint = did_you_mean(family, names)
         raise ParameterError(
@@ -257,7 +260,7 @@ def identify(
         return with_table(log.fit(direct), *compare_forward(log))
     if recordings[0].schedules and (changed or not (family == "auto" or family in ROW_NAMES)):
         _refuse_schedules(recordings[0], family, changed)
-    if is_family(family):
+    if of_registry:
         log = prepared(check_recordings(recordings), train_fraction, relative=relative)
         fit = with_table(log.fit(Literature(family, seed, purpose, size)))
         return with_resonance(fit, resonance) if family in ROW_NAMES else fit
@@ -300,6 +303,8 @@ def fit_plays(
 
 def refuse_settings(family: str, settings: Mapping[str, object]) -> None:
     """Refuse settings that say nothing to a family, with a cure."""
+    if not settings:
+        return
     allowed: tuple[str, ...]
     elsewhere: tuple[str, ...]
     if family == Direct.family:
