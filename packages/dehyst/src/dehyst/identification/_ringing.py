@@ -244,9 +244,11 @@ def _peak(spans: Sequence[_Span], period: float) -> float | None:
     log = np.log(power + TINY * power.max())
     best, top = -np.inf, 0
     for k in range(lowest, highest):
-        below = log[int(k / FAR) : int(k / NEAR) + 1]
-        above = log[int(k * NEAR) : int(k * FAR) + 1]
-        height = float(log[k] - max(np.median(below), np.median(above)))
+        height = float(log[k] - np.median(log[int(k / FAR) : int(k / NEAR) + 1]))
+        # A median takes long, and few frequencies stand out of those below them.
+        if height > best:
+            above = log[int(k * NEAR) : int(k * FAR) + 1]
+            height = min(height, float(log[k] - np.median(above)))
         if height > best:
             best, top = height, k
     if best < np.log(POLICY.resonance_peak):
