@@ -3,6 +3,7 @@
 import json
 import sys
 
+import numpy as np
 import pytest
 
 import dehyst
@@ -94,6 +95,13 @@ def test_a_family_of_a_strangers_package_is_fitted_and_compared(fresh, tmp_path,
     assert table["dahl-again"].title.startswith("Dahl, once more")
     with pytest.raises(ParameterError, match="its package stranger says 'stranger_family:GONE'"):
         dehyst.identify(log, "stale-family")
+
+
+def test_a_strangers_family_does_not_take_the_place_of_auto(fresh, tmp_path, monkeypatch):
+    points = {"auto": "stranger_family:STRANGER"}
+    install_stranger(tmp_path, monkeypatch, "dehyst.families", points, "stranger_family", FAMILY)
+    x = np.sin(np.linspace(0.0, 12.0, 200))
+    assert dehyst.identify(dehyst.Recording(x, 2.0 * x)).family == "static"
 
 
 TARGET = """

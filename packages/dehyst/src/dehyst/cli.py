@@ -83,8 +83,7 @@ def add(command: Command) -> None:
                 options[key] = tuple(value)
         module, _, function = command.run.partition(":")
         work = getattr(_loaded(module), function)
-        gc.freeze()
-        gc.enable()
+        _look_for_garbage()
         work(request(**options))
 
     hints = get_type_hints(request)
@@ -164,6 +163,13 @@ def _loaded(module: str) -> ModuleType:
     loaded = import_module(module)
     sys.stderr.write(f"\r{' ' * len(first)}\r")
     return loaded
+
+
+def _look_for_garbage() -> None:
+    """Look for garbage from now on, but not among what was loaded, where the process began without."""
+    if not gc.isenabled():
+        gc.freeze()
+        gc.enable()
 
 
 def _run() -> None:

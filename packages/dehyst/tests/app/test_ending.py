@@ -1,5 +1,6 @@
 """How a command ends: one status for each meaning, one line and no traceback, whatever happens to it."""
 
+import gc
 import io
 import os
 import shutil
@@ -53,6 +54,19 @@ def here(made, tmp_path, monkeypatch):
     monkeypatch.chdir(place)
     stand_in(monkeypatch)
     return place
+
+
+def test_a_command_looks_for_garbage_but_not_among_what_was_loaded(run, tmp_path):
+    gc.unfreeze()
+    run("example", "--out", tmp_path / "first.csv")
+    assert gc.get_freeze_count() == 0
+    gc.disable()  # as `python -m dehyst` begins
+    try:
+        run("example", "--out", tmp_path / "second.csv")
+        assert gc.isenabled() and gc.get_freeze_count() > 0
+    finally:
+        gc.unfreeze()
+        gc.enable()
 
 
 @pytest.fixture

@@ -153,28 +153,28 @@ def block_sums(
     place, ramps = _ramps(y, knots)
     order = np.lexsort((place, block))
     bounds = np.searchsorted(block[order] * pieces + place[order], np.arange(BLOCKS * pieces + 1))
-    # Rows of a part lie side by side; those of one part alone do already.
-    if np.any(np.diff(order) < 0):
-        columns, ramps = columns.take(order, axis=0), ramps.take(order, axis=0)
-        y, weight = y[order], weight[order]
     # Rows times the roots of their weights: a product of one matrix with itself takes half of what that of two takes.
     root = np.sqrt(weight)
+    target = root * y
     size = 1 + columns.shape[1]
     n = size + pieces
-    rows = np.empty((y.size, n))
-    rows[:, 0] = root
-    np.multiply(columns, root[:, None], out=rows[:, 1:size])
-    np.multiply(ramps, -root[:, None], out=rows[:, size:])
-    target = root * y
+    rows = np.empty((int(np.diff(bounds).max()), n))  # of one part after the other
     gram, rhs = np.zeros((BLOCKS, pieces, n * (n + 1) // 2)), np.zeros((BLOCKS, pieces, n))
     square_matrix = np.empty((n, n))
     counted, square = np.zeros((BLOCKS, pieces)), np.zeros((BLOCKS, pieces))
     for k in range(BLOCKS * pieces):
         b, m = divmod(k, pieces)
-        part = slice(bounds[k], bounds[k + 1])
-        part_rows = rows[part]
-        if not len(part_rows):
+        part = order[bounds[k] : bounds[k + 1]]
+        if not part.size:
             continue
+        # What is in one part alone is in order, and need not be gathered.
+        alone = part.size == y.size
+        part_rows, part_root = rows[: part.size], root[part, None]
+        part_rows[:, :1] = part_root
+        np.multiply(
+            columns if alone else columns.take(part, axis=0), part_root, out=part_rows[:, 1:size]
+        )
+        np.multiply(ramps[part], -part_root, out=part_rows[:, size:])
         np.matmul(part_rows.T, part_rows, out=square_matrix)
         _native.triangle(square_matrix, gram[b, m])
         rhs[b, m] = part_rows.T @ target[part]
