@@ -262,7 +262,7 @@ class _Lines:
         x, y = io_kit.two_columns(table, names.input, names.output)
         timer = choose_clock(table, x, names.time)
         # A column that is called time holds one value for as long as its clock has not moved.
-        if timer is None and len(head) <= HEAD and any(map(_is_called_time, table.order)):
+        if timer is None and len(head) <= HEAD and any(map(is_called_time, table.order)):
             return None
         columns = [x, y]
         if timer:
@@ -339,11 +339,7 @@ class _Lines:
     def _numbers(self, whole: bytes) -> tuple[Array, list[str]]:
         """Time, input and output as they stand in lines, (3, lines), NaN where there is none; and the lines."""
         texts, rows = [], []
-        for line in whole.split(b"\n"):
-            text = line.decode("utf-8", "replace").strip("\r\0")
-            if io_kit.is_comment(text):
-                continue
-            row = io_kit.split_line(text, self.layout.delimiter)
+        for text, row in _rows(whole.split(b"\n"), self.layout):
             # A line of another width is no sample: its cells would lie in the wrong columns.
             if len(row) != self.layout.width:
                 row = [""] * self.layout.width
@@ -367,20 +363,25 @@ class _Lines:
         return values
 
 
+def _rows(lines: Sequence[bytes], layout: TableLayout) -> Iterator[tuple[str, list[str]]]:
+    """Text and cells of the lines that are no comments."""
+    for line in lines:
+        text = line.decode("utf-8", "replace").strip("\r\0")
+        if not io_kit.is_comment(text):
+            yield text, io_kit.split_line(text, layout.delimiter)
+
+
 def _cells(whole: bytes, layout: TableLayout, place: int) -> list[str]:
     """Cells of a column in the lines of data."""
     cells = []
-    for line in whole.split(b"\n")[layout.first :]:
-        text = line.decode("utf-8", "replace").strip("\r\0")
-        if io_kit.is_comment(text):
-            continue
-        row = io_kit.split_line(text, layout.delimiter)
+    for _, row in _rows(whole.split(b"\n")[layout.first :], layout):
         # In a line of another width this place belongs to another column.
         if len(row) == layout.width:
             cells.append(row[place])
     return cells
 
 
-def _is_called_time(name: str) -> bool:
+def is_called_time(name: str) -> bool:
+    """Whether a column or key is time by its name or its unit."""
     bare, unit = parse_unit(name)
     return bool(io_kit.TIME_WORDS & set(words(bare))) or DIMENSION.get(unit) == "time"

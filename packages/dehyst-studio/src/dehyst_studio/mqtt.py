@@ -24,7 +24,7 @@ from dehyst.errors import DehystError, ParameterError
 from dehyst.io import LogTable, optional, parse_date_times, require_unit, seconds
 from dehyst.io import kit as io_kit
 from dehyst.io import with_time_unit as with_unit_of_time
-from dehyst.units import DIMENSION, parse_unit, words
+from dehyst.units import parse_unit
 from dehyst_studio.live import (
     PASSWORD,
     PAUSE,
@@ -36,6 +36,7 @@ from dehyst_studio.live import (
     Notice,
     address_of,
     arrivals,
+    is_called_time,
 )
 
 EXAMPLE = "mqtt://HOST/TOPIC, or mqtts://USER@HOST:8883/TOPIC with TLS"
@@ -180,7 +181,7 @@ class Messages:
         x, y, *timer = keys_meant
         if x == y:
             raise _NoSampleError(f"input and output are both its key '{x}'")
-        timers = [key for key in keys if key not in (x, y) and _is_called_time(key)]
+        timers = [key for key in keys if key not in (x, y) and is_called_time(key)]
         plain = [key for key in timers if key.lower() == "time"]
         time = next(iter([*timer, *plain, *timers]), None)
         return _Keys(time, (x, y), (parse_unit(x)[1], parse_unit(y)[1]))
@@ -213,11 +214,6 @@ def _without_repetition(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
             "one of its keys stands there twice, and nothing tells which number counts"
         )
     return entry
-
-
-def _is_called_time(key: str) -> bool:
-    bare, unit = parse_unit(key)
-    return bool(io_kit.TIME_WORDS & set(words(bare))) or DIMENSION.get(unit) == "time"
 
 
 def _is_number(value: object) -> bool:

@@ -71,15 +71,15 @@ def run_coupled(request: CoupledRequest) -> None:
 
 def _name_columns(request: CoupledRequest) -> None:
     """Refuse a command that names too few columns, or too many, and show what there is."""
-    from dehyst.app._inspect import print_columns
+    from dehyst.app._inspect import show_columns
 
     summary = inspect_log(request.logs[0], request.run, sheet=request.sheet)
-    print_columns(terminal(stderr=True), summary.columns)
+    names = show_columns(summary)
     raise ColumnError(
         f"inputs named: {len(request.inputs)}, outputs named: {len(request.outputs)}. Needed are two inputs or more, "
         f"and one output or two, each with an option of its own. Type: "
         f"{command('coupled', *request.logs, input=['COLUMN', 'COLUMN'], output=['COLUMN', 'COLUMN'])}",
-        columns=tuple(column.name for column in summary.columns),
+        columns=names,
     )
 
 

@@ -13,12 +13,11 @@ import numpy.typing as npt
 from rich.table import Column
 
 from dehyst.app._policy import POLICY
-from dehyst.app._targets import EXCITATION, refuse_existing, refuse_unwritable
+from dehyst.app._targets import EXCITATION, refuse_existing, refuse_unwritable, write_new
 from dehyst.app._terminal import print_end, print_json, table, tell, terminal
 from dehyst.app.requests import DesignRequest
 from dehyst.design import CYCLES, ExcitationPlan, design_drift_motion, design_excitation
 from dehyst.errors import MissingExtraError, OutputError, ParameterError
-from dehyst.files import write_atomically
 from dehyst.io import format_csv
 from dehyst.plugins import added, load_added
 from dehyst.shell import command, quoted
@@ -58,8 +57,7 @@ def run_design(request: DesignRequest) -> None:
     # The file is written first: it is what the user runs, and a picture that fails must not cost it.
     if request.out is not None:
         text = _csv(designed, request.out)
-        refuse_existing(request.out, request.overwrite, content=text)
-        write_atomically(request.out, text)
+        write_new(request.out, request.overwrite, text)
     if request.figure is not None:
         from dehyst.report import kit as report_kit
 

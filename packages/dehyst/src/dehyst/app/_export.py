@@ -145,38 +145,37 @@ def _as_unit(model: Model, request: ExportRequest) -> tuple[Model, ExportRequest
 
 def _refuse_contradictions(request: ExportRequest) -> None:
     # Each contradiction says which options exclude each other: a silent choice would surprise on the machine.
+    is_controller = request.what not in export_kit.WHATS
     if request.log is None and request.column is not None:
         raise ParameterError(
             "--column without --log: an excerpt of your log needs --log LOG, and its column that is the input of what "
             "is exported unless it has the model's name."
         )
-    if request.controller is not None and request.what in export_kit.WHATS:
+    if request.controller is not None and not is_controller:
         raise ParameterError(
             "--controller belongs to --what joint-controller; add that, or leave --controller out."
         )
-    if request.controller is None and request.what not in export_kit.WHATS:
+    if request.controller is None and is_controller:
         raise ParameterError(
             "--what joint-controller needs the parameters of the controller: --controller FILE, written by "
             "`dehyst reproduce` or by dehyst_robot.control.save_controller(parameters, FILE). MODEL is the identified "
             "model; its inverse becomes the compensator."
         )
-    if request.what not in export_kit.WHATS and (
-        request.log is not None or request.range is not None
-    ):
+    if is_controller and (request.log is not None or request.range is not None):
         raise ParameterError(
             "--log and --range belong to --what inverse or forward; leave them out here."
         )
-    if request.what not in export_kit.WHATS and request.ramp is not None:
+    if is_controller and request.ramp is not None:
         raise ParameterError(
             f'--ramp {request.ramp} belongs to --what inverse or forward; the ramp of a joint controller is "ramp" in '
             f"its file, in seconds. Leave --ramp out and set it there."
         )
-    if request.what not in export_kit.WHATS and request.period is not None:
+    if is_controller and request.period is not None:
         raise ParameterError(
             f"--period {request.period:g} belongs to a unit of its own; the period of a joint controller is "
             f'"period" in its file, in seconds. Leave --period out and set it there.'
         )
-    if request.tunable and request.what not in export_kit.WHATS:
+    if request.tunable and is_controller:
         line = command(
             "export", request.model, target=request.target, what=request.what, controller=request.controller,
             out=request.out, overwrite=True,
@@ -190,14 +189,12 @@ def _refuse_contradictions(request: ExportRequest) -> None:
             f"reference, load, mean pressure, extra and the switches may change; the file in calibration/ shows all "
             f"its numbers."
         )
-    if request.follow_offset is not None and (
-        request.what not in export_kit.WHATS or request.log is not None
-    ):
+    if request.follow_offset is not None and (is_controller or request.log is not None):
         opposite = "--log, which takes one column, and what was measured is another"
         if request.log is None:
             opposite = "--what joint-controller, which learns its own"
         raise ParameterError(f"--follow-offset does not go with {opposite}. Leave one of them out.")
-    if request.retain and request.what not in export_kit.WHATS:
+    if request.retain and is_controller:
         raise ParameterError(
             f"--retain belongs to --what inverse or forward: a PLC keeps the memory of a block, and --what "
             f"{request.what} is exported as C, which says itself what it saves and restores. Leave --retain out."

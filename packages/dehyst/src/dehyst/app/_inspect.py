@@ -11,7 +11,7 @@ from rich.cells import cell_len
 from rich.console import Console
 from rich.table import Column
 
-from dehyst.app._targets import refuse_existing
+from dehyst.app._targets import write_new
 from dehyst.app._terminal import (
     ask_progress,
     print_end,
@@ -23,7 +23,6 @@ from dehyst.app._terminal import (
 from dehyst.app.requests import ExampleRequest, InspectRequest
 from dehyst.data import Loops, loops_of
 from dehyst.errors import ParameterError
-from dehyst.files import write_atomically
 from dehyst.io import (
     ColumnSummary,
     LogSummary,
@@ -166,8 +165,7 @@ def _sampling_line(s: Sampling) -> str:
 def run_example(request: ExampleRequest) -> None:
     """Write the example log and say what to type next."""
     text = example_csv(request.seed)
-    refuse_existing(request.out, request.overwrite, content=text)
-    write_atomically(request.out, text)
+    write_new(request.out, request.overwrite, text)
     line = command(
         "identify", request.out, input="pressure_difference_bar", output="angle_deg", save="model.json",
         report="report.html",
@@ -180,6 +178,12 @@ def run_example(request: ExampleRequest) -> None:
 def _interest(column: ColumnSummary) -> tuple[bool, bool, bool]:
     """Order of what is shown of very many columns: those with a role, with a unit, those that move."""
     return not column.role, not column.unit, column.constant or not column.loops
+
+
+def show_columns(summary: LogSummary) -> tuple[str, ...]:
+    """Print the columns on the error stream, since the result on the other one would be no JSON any more; names."""
+    print_columns(terminal(stderr=True), summary.columns)
+    return tuple(column.name for column in summary.columns)
 
 
 def print_columns(out: Console, columns: Sequence[ColumnSummary]) -> None:

@@ -76,13 +76,7 @@ def parts_of(request: LogsRequest) -> list[dict[str, Any]]:
                 f"since samples that count twice would be fitted and tested at once. Write for example "
                 f"--from 0 --to 20 --from 35 --to 60."
             )
-    clock = {
-        "time": request.time,
-        "time_unit": request.time_unit,
-        "dt": request.dt,
-        "sheet": request.sheet,
-    }
-    return [{**clock, "start": a, "stop": b} for a, b in bounds]
+    return [log_part(request) | {"start": start, "stop": stop} for start, stop in bounds]
 
 
 def files_of(logs: Sequence[Path]) -> list[Path]:
@@ -157,11 +151,10 @@ def named_columns(command: str, request: R, quiet: bool) -> R:
 
 def _choice(command: str, log: Path, summary: LogSummary) -> ColumnError:
     """Print what there is to choose from, and return what to type."""
-    from dehyst.app._inspect import print_columns
+    from dehyst.app._inspect import show_columns
 
     asked = line_of(command, log, input="COLUMN", output="COLUMN")
-    # The result on standard output would be no JSON any more.
-    print_columns(terminal(stderr=True), summary.columns)
+    names = show_columns(summary)
     if summary.input and summary.output:  # one of them may have been named
         asked = line_of(command, log, input=summary.input, output=summary.output)
         asked = f"The best guess, to be typed if it is right: {asked}"
@@ -169,7 +162,7 @@ def _choice(command: str, log: Path, summary: LogSummary) -> ColumnError:
         asked = f"Name them: {asked}"
     return ColumnError(
         f"names and units of the columns of {log.name} do not tell which one drives and which one follows. {asked}",
-        columns=tuple(column.name for column in summary.columns),
+        columns=names,
     )
 
 

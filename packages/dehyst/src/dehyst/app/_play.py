@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -18,16 +17,15 @@ from dehyst.app._logs import (
     seconds_ahead,
     verdict_findings,
 )
-from dehyst.app._play_coupled import play_coupled
+from dehyst.app._play_coupled import play_coupled, write_columns
 from dehyst.app._policy import POLICY
 from dehyst.app._targets import BAND, place_of, refuse_existing
 from dehyst.app._terminal import ask_progress, print_findings, tell
 from dehyst.app.requests import CompensateRequest, SimulateRequest
 from dehyst.arrays import Array
 from dehyst.errors import ColumnError, OutputError, ParameterError, TimeError
-from dehyst.files import write_atomically
 from dehyst.findings import Finding
-from dehyst.io import LogSignal, format_csv, read_log, read_signal
+from dehyst.io import LogSignal, read_log, read_signal
 from dehyst.models import Band, Model, SignalCard, load
 from dehyst.models import kit as models_kit
 
@@ -584,14 +582,7 @@ def _write(
     if signal.time is not None:
         table["time [s]"] = signal.time
     table |= columns
-    text = format_csv(table, request.out or "the table")
-    if request.out is None:
-        sys.stdout.write(text)
-    else:
-        # Checked only now: the file may hold just this content, which is then no loss.
-        refuse_existing(request.out, request.overwrite, content=text)
-        write_atomically(request.out, text)
-        tell(f"wrote {request.out}: {', '.join(table)}")
+    write_columns(request, table)
     if played.note and not played.start and not request.unknown_state:
         tell(f"start: {played.note}")
     if played.start:

@@ -11,12 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from dehyst.app._logs import log_part, outside
-from dehyst.app._targets import place_of, refuse_existing
+from dehyst.app._targets import place_of, write_new
 from dehyst.app._terminal import ask_progress, print_findings, tell
 from dehyst.app.requests import CompensateRequest, SimulateRequest
 from dehyst.arrays import Array
 from dehyst.errors import OutputError, ParameterError, TimeError
-from dehyst.files import write_atomically
 from dehyst.findings import Finding
 from dehyst.io import format_csv, read_columns
 from dehyst.models import Model, SignalCard, load
@@ -87,19 +86,24 @@ def play_coupled(request: SimulateRequest) -> bool:
     columns_out |= {card.label: values[card.name] for card in wanted}
     for card, column in zip(tails, answers.T, strict=True):
         columns_out[f"{prefix} {card.label}"] = column
-    text = format_csv(columns_out, request.out or "the table")
-    if request.out is None:
-        sys.stdout.write(text)
-    else:
-        refuse_existing(request.out, request.overwrite, content=text)
-        write_atomically(request.out, text)
-        tell(f"wrote {request.out}: {', '.join(columns_out)}")
+    write_columns(request, columns_out)
     rest = ", ".join(
         f"{card.name} = {value:.4g}" for card, value in zip(model.inputs, model.rest, strict=True)
     )
     tell(f"start: at rest at {rest}, as the log of the model began")
     print_findings(findings, stderr=True)
     return True
+
+
+def write_columns(request: SimulateRequest, columns: Mapping[str, npt.ArrayLike]) -> None:
+    """Write columns to the file that was asked for, or to the terminal."""
+    text = format_csv(columns, request.out or "the table")
+    if request.out is None:
+        sys.stdout.write(text)
+    else:
+        # Checked only now: the file may hold just this content, which is then no loss.
+        write_new(request.out, request.overwrite, text)
+        tell(f"wrote {request.out}: {', '.join(columns)}")
 
 
 def refuse_coupled(models: Mapping[str, Model], verb: str) -> None:

@@ -88,18 +88,18 @@ def _named(request: SensorRequest, model: Model | None) -> SensorRequest:
     if reading and quantity:
         return replace(request, input=reading, output=quantity)
     # Not loaded where columns are named.
-    from dehyst.app._inspect import print_columns
+    from dehyst.app._inspect import show_columns
     from dehyst.io import inspect_log
 
     summary = inspect_log(request.logs[0], next(iter(request.runs), None), sheet=request.sheet)
-    print_columns(terminal(stderr=True), summary.columns)
+    names = show_columns(summary)
     line = command(
         "sensor", request.logs[0], reading=reading or "COLUMN", quantity=quantity or "COLUMN"
     )
     raise ColumnError(
         f"nothing in {request.logs[0].name} tells the reading of the sensor from the true quantity: the same force may "
         f"be either. Name both: {line}",
-        columns=tuple(column.name for column in summary.columns),
+        columns=names,
     )
 
 

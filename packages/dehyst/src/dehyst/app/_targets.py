@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from dehyst.errors import OutputError
+from dehyst.files import write_atomically
 from dehyst.shell import quoted
 
 # How the files begin that dehyst itself writes again and again, and what is no such file.
@@ -45,6 +46,12 @@ OTHERS = {
 }
 PICTURES = (EXCITATION, FAMILIES, LOOPS, COUPLED, SENSOR, MUSCLES, RIGS)
 MARKED = 2000  # characters at the beginning of a file, in which the mark stands
+
+
+def write_new(path: Path, overwrite: bool, text: str) -> None:
+    """Write a text file, unless that would lose another one."""
+    refuse_existing(path, overwrite, content=text)
+    write_atomically(path, text)
 
 
 def refuse_existing(

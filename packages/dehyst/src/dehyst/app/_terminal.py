@@ -162,7 +162,6 @@ def progress_bar(
     *columns: ProgressColumn,
     quiet: bool = False,
     keep: bool = False,
-    console: Console | None = None,
 ) -> Iterator[Progress | None]:
     """Yield a progress bar on the error stream, which stays at its end with `keep`; None where there is no terminal."""
     for listener in _listeners:
@@ -170,10 +169,10 @@ def progress_bar(
 
         yield Teller(listener)
         return
-    if quiet or not (sys.stderr.isatty() if console is None else console.is_terminal):
+    if quiet or not sys.stderr.isatty():
         yield None
         return
     from rich.progress import Progress
 
-    with Progress(*columns, console=console or terminal(stderr=True), transient=not keep) as bar:
+    with Progress(*columns, console=terminal(stderr=True), transient=not keep) as bar:
         yield bar

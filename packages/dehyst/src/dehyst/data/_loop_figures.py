@@ -9,14 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dehyst.arrays import Array, Mask
+from dehyst.arrays import Array
 from dehyst.data._closed_path import UNREAD, Branch, ClosedPath, ReadValue
 from dehyst.data._cycles import LoopPath, half_loop, loop_paths, values_at
 from dehyst.data._loop_numbers import NUMBERS, LoopEstimate, Loops, MeasuredLoop
 from dehyst.data._loops import turning_points
 from dehyst.data._policy import POLICY
 from dehyst.data._ranges import range_over, robust_range
-from dehyst.data._recording import Recording, require_recordings
+from dehyst.data._recording import Recording, counted_rows, require_recordings
 from dehyst.errors import ExcitationError
 from dehyst.student import quantile
 from dehyst.units import work_unit
@@ -162,13 +162,7 @@ def _spots(recordings: Sequence[Recording], symmetric: bool) -> list[_Spot]:
     if not swing > 0.0:
         return []
     for record in recordings:
-        counts: Mask = np.ones(len(record), dtype=np.bool_)
-        counts[list(record.left_out)] = False
-        for piece in record.pieces:
-            rows = piece.start + np.flatnonzero(counts[piece])
-            time = rows.astype(np.float64)
-            if record.time is not None:
-                time = record.time[rows]
+        for rows, time in counted_rows(record):
             part = _Piece(record.name, record.input[rows], record.output[rows], time)
             for path in loop_paths(part.x, swing):
                 whole.append(_Spot(part, path, False))

@@ -74,16 +74,15 @@ def find_outliers(values: Array) -> Mask:
         return outliers
     for _ in range(4):  # what one pass takes away may have hidden smaller ones
         index = np.flatnonzero(~outliers)
-        fresh = _codes(values[index])
-        if not fresh.any():
-            fresh = _same_again(values[index])
-        if not fresh.any():
-            fresh = _runs(values[index])
-        if not fresh.any():
-            fresh = _spikes(values[index])
-        if not fresh.any():
+        if index.size < POLICY.judged_from:
             break
-        outliers[index[fresh]] = True
+        for search in (_codes, _same_again, _runs, _spikes):
+            fresh = search(values[index])
+            if fresh.any():
+                outliers[index[fresh]] = True
+                break
+        else:
+            break
     return outliers
 
 
@@ -103,7 +102,7 @@ def _is_smooth(v: Array) -> bool:
 
 def _codes(v: Array) -> Mask:
     nothing = np.zeros(v.size, dtype=bool)
-    if v.size < POLICY.judged_from or max(-float(v.min()), float(v.max())) < LEAST_CODE:
+    if max(-float(v.min()), float(v.max())) < LEAST_CODE:
         return nothing
     codes = np.isin(v, CODES)
     if not codes.any() or codes.mean() > POLICY.code_share:
@@ -120,8 +119,6 @@ def _codes(v: Array) -> Mask:
 
 def _spikes(v: Array) -> Mask:
     flagged: Mask = np.zeros(v.size, dtype=bool)
-    if v.size < POLICY.judged_from:
-        return flagged
     steps = np.diff(v)
     largest = max(
         float(steps.max()), -float(steps.min())
@@ -197,8 +194,6 @@ def _excursions(v: Array) -> Array:
 def _runs(v: Array) -> Mask:
     """Samples between a jump and another one that takes it back, in a signal that moves smoothly otherwise."""
     flagged: Mask = np.zeros(v.size, dtype=bool)
-    if v.size < POLICY.judged_from:
-        return flagged
     steps = np.diff(v)
     if max(float(steps.max()), -float(steps.min())) <= 0.99 * POLICY.run_jump * _certain_range(v):
         return flagged
@@ -239,8 +234,6 @@ def _runs(v: Array) -> Mask:
 def _same_again(v: Array) -> Mask:
     """Short runs of one exact value that a smooth signal jumps to again and again."""
     flagged: Mask = np.zeros(v.size, dtype=bool)
-    if v.size < POLICY.judged_from:
-        return flagged
     steps = np.abs(np.diff(v))
     if float(steps.max()) <= 0.99 * POLICY.run_jump * _certain_range(v):
         return flagged

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.arrays import Array
+from dehyst.arrays import Array, Rows
 from dehyst.data._plotted import Plotted
 from dehyst.errors import MissingExtraError, ParameterError, RecordingError
 from dehyst.findings import Finding
@@ -335,3 +335,15 @@ def _made_of(thing: Any) -> tuple[str, str]:
             f"{made} of arrays, or dehyst.read_log(path, input=..., output=...) of a file",
         )
     return f"a {type(thing).__name__} of numbers", made
+
+
+def counted_rows(record: Recording) -> Iterator[tuple[Rows, Array]]:
+    """Yield the samples of each piece that are not left out, and their times, by number where there is no clock. [s]"""
+    for piece in record.pieces:
+        rows = np.setdiff1d(np.arange(piece.start, piece.stop), record.left_out, assume_unique=True)
+        if not rows.size:
+            continue
+        time = rows.astype(np.float64)
+        if record.time is not None:
+            time = record.time[rows]
+        yield rows, time

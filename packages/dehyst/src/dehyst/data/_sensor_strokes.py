@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.arrays import Array, Mask
+from dehyst.arrays import Array
 from dehyst.data._holds import Hold
 from dehyst.data._policy import POLICY
-from dehyst.data._recording import Recording
+from dehyst.data._recording import Recording, counted_rows
 
 FITTED = 3  # samples that make a line; fewer are shifted to the place along the whole line
 NARROW = 0.1  # samples within this share of the reach make no line
@@ -137,15 +137,7 @@ def sensor_parts(records: Sequence[Recording]) -> list[SensorPart]:
     """Samples that count, piece by piece."""
     parts = []
     for record in records:
-        counts: Mask = np.ones(len(record), dtype=np.bool_)
-        counts[list(record.left_out)] = False
-        for piece in record.pieces:
-            rows = piece.start + np.flatnonzero(counts[piece])
-            if not rows.size:
-                continue
-            time = rows.astype(np.float64)
-            if record.time is not None:
-                time = record.time[rows]
+        for rows, time in counted_rows(record):
             signals = {name: values[rows] for name, values in record.schedules.items()}
             parts.append(SensorPart(record.output[rows], record.input[rows], time, signals))
     return parts

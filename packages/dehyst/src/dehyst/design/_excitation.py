@@ -219,18 +219,14 @@ def _strokes(
     """Return strokes between tips (K + 1,) of these durations (K,), with a hold at every tip but first and last."""
     _positive(period, "period")
     _positive(hold_s, "hold_s", zero=True)
-    begins = np.concatenate(([0.0], np.cumsum(durations + hold_s)[:-1]))
-    total = float(begins[-1] + durations[-1])
     if period > float(durations.min()):
         raise ParameterError(
             f"a period of {period:g} s misses strokes of {durations.min():g} s; pass a shorter period "
             f"or slower strokes."
         )
-    time: Array = period * np.arange(math.ceil(total / period - 1e-9) + 1, dtype=np.float64)
-    k = np.searchsorted(begins, time, side="right") - 1
-    u = np.minimum((time - begins[k]) / durations[k], 1.0)
-    value = tips[k] + (tips[k + 1] - tips[k]) * shape(u)
-    value[-1] = tips[-1]
+    holds = np.full(durations.size, hold_s)
+    holds[-1] = 0.0
+    time, value, _ = sampled(tips, durations, holds, period, shape)
     return Excitation(time, value)
 
 
@@ -321,7 +317,11 @@ class Limits:
 
 
 def sampled(
-    points: Array, stroke_s: Array, hold_s: Array, period: float
+    points: Array,
+    stroke_s: Array,
+    hold_s: Array,
+    period: float,
+    shape: Callable[[Array], Array] = smooth_stroke,
 ) -> tuple[Array, Array, npt.NDArray[np.int64]]:
     """Sample strokes with holds.
 
@@ -333,6 +333,8 @@ def sampled(
         Duration of stroke k from point k to k + 1 and of the hold after it, (K,). [s]
     period
         Of the samples. [s]
+    shape
+        Of a stroke: a way from 0 to 1 over 0..1.
 
     Returns
     -------
@@ -354,6 +356,6 @@ def sampled(
     time = period * np.arange(math.ceil(total / period - 1e-9) + 1, dtype=np.float64)
     k = np.searchsorted(begins, time + 1e-9 * period, side="right") - 1
     u = np.clip((time - begins[k]) / stroke_s[k], 0.0, 1.0)
-    value = points[k] + (points[k + 1] - points[k]) * smooth_stroke(u)
+    value = points[k] + (points[k + 1] - points[k]) * shape(u)
     value[-1] = points[-1]
     return time, value, k

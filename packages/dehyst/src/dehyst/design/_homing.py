@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +21,7 @@ from dehyst.errors import ParameterError
 NODES = 64  # of the grid of amplitudes besides the radii themselves
 LEVELS = 400  # steps of the tolerance in which what remains is counted
 ROUNDING = 1e-6  # of a level
+NONE = np.zeros(0)  # no lags along the path
 
 
 def admissible(points: npt.ArrayLike, radii: npt.ArrayLike) -> tuple[Array, Array]:
@@ -320,12 +322,9 @@ def shortest_homing(
     begin, target = check_room(low, high, tolerance, start, end)
     if not spent:
         points = _known(r, s, low, high, begin, tolerance)
-        duration = limits.stroke_time(np.abs(np.diff(points)))
-        return _homing(
-            points, duration, r, s, _least_time(r, s, begin, low, high, tolerance, limits)
-        )
+        return judged(points, r, s, limits, math.inf)
     points, bound = spending(r, s, (low, high), begin, target, tolerance, limits)
-    return _homing(points, limits.stroke_time(np.abs(np.diff(points))), r, s, bound)
+    return judged(points, r, s, limits, bound)
 
 
 def check_room(
@@ -408,15 +407,29 @@ def _known(r: Array, s: Array, low: float, high: float, begin: float, tolerance:
     return np.array(points if back > 0 else points[::2])
 
 
-def _least_time(
-    r: Array, s: Array, begin: float, low: float, high: float, tolerance: float, limits: Limits
-) -> float:
-    points = _known(r, s, low, high, begin, tolerance)
-    return float(limits.stroke_time(np.abs(np.diff(points))).sum())
+def judged(
+    points: Array,
+    r: Array,
+    s: Array,
+    limits: Limits,
+    bound: float,
+    x: Array = NONE,
+    p: Array = NONE,
+) -> Homing:
+    """Return a motion with its guarantees: extreme states of stops and of lags along the path, of lengths x, after it.
 
-
-def _homing(points: Array, stroke_s: Array, r: Array, s: Array, bound: float) -> Homing:
-    lowest, highest = admissible(points, r)
-    half = 0.5 * float(s @ (highest - lowest))
-    residual = float(s @ np.maximum(np.abs(lowest), np.abs(highest)))
-    return Homing(points, stroke_s, half, residual, min(bound, float(stroke_s.sum())))
+    `p` are the weights of the lags, and `bound` is a time that no other motion undercuts. [s]
+    """
+    low, high = admissible(points, r)
+    lag_low, lag_high = -x, x
+    for a, b in pairwise(points):
+        fade = np.exp(-abs(b - a) / x)
+        end = np.sign(b - a) * x * (1 - fade)
+        lag_low, lag_high = end + fade * lag_low, end + fade * lag_high
+    stroke = limits.stroke_time(np.abs(np.diff(points)))
+    half = 0.5 * float(s @ (high - low) + p @ (lag_high - lag_low))
+    residual = float(
+        s @ np.maximum(np.abs(low), np.abs(high))
+        + p @ np.maximum(np.abs(lag_low), np.abs(lag_high))
+    )
+    return Homing(points, stroke, half, residual, min(bound, float(stroke.sum())))

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
 from dehyst.arrays import Array
 from dehyst.design._excitation import Limits
-from dehyst.design._homing import Homing, admissible, check_room, shortest_homing
+from dehyst.design._homing import Homing, check_room, judged, shortest_homing
 from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse
 
@@ -122,7 +120,7 @@ def _known(
     else:
         points = [0.5 * sum(room) if ends[0] is None else ends[0]]
     for _ in range(MOST_STROKES):
-        whole = _judged(np.array(points), r, s, x, p, limits)
+        whole = judged(np.array(points), r, s, limits, 0.0, x, p)
         if whole.half_width <= tolerance:
             yield whole
             return
@@ -154,28 +152,11 @@ def _spent(
     )
     points = plan.points
     if not p.any():
-        yield replace(_judged(points, r, s, x, p, limits), bound_s=plan.bound_s)
+        yield judged(points, r, s, limits, plan.bound_s)
         return
     ends_in_turn = (room[1], room[0], room[1])
     for strokes in range(4):
         # Lags forget with the way; strokes over the whole range in front add to it.
         tried = np.array([points[0], *ends_in_turn[:strokes], *points[1:]])
         moves = np.concatenate(([True], np.diff(tried) != 0))
-        yield _judged(tried[moves], r, s, x, p, limits)
-
-
-def _judged(points: Array, r: Array, s: Array, x: Array, p: Array, limits: Limits) -> Homing:
-    """Return a motion with its guarantees: extreme states of stops and lags through all of its strokes."""
-    low, high = admissible(points, r)
-    lag_low, lag_high = -x, x
-    for a, b in itertools.pairwise(points):
-        fade = np.exp(-abs(b - a) / x)
-        end = np.sign(b - a) * x * (1 - fade)
-        lag_low, lag_high = end + fade * lag_low, end + fade * lag_high
-    stroke = limits.stroke_time(np.abs(np.diff(points)))
-    half = 0.5 * float(s @ (high - low) + p @ (lag_high - lag_low))
-    residual = float(
-        s @ np.maximum(np.abs(low), np.abs(high))
-        + p @ np.maximum(np.abs(lag_low), np.abs(lag_high))
-    )
-    return Homing(points, stroke, half, residual, 0.0)
+        yield judged(tried[moves], r, s, limits, 0.0, x, p)

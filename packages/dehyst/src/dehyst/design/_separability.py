@@ -135,9 +135,7 @@ def separability(
     value: npt.ArrayLike,
     period: float,
     *,
-    radii: Sequence[float] | Array = OCTAVES,
     time_constants: Sequence[float] = TIME_CONSTANTS,
-    degree: int = DEGREE,
 ) -> Separability:
     """Return how well stops, creep and rate can be told apart along a motion.
 
@@ -147,9 +145,9 @@ def separability(
         y, (T,), within -1..1.
     period
         Of the samples. [s]
-    radii, time_constants, degree
-        As for `columns`. Finely spaced radii are never told apart one by one, and need not be: the octaves of the
-        default ask for the shape of the loop.
+    time_constants
+        As for `columns`. The radii are octaves: finely spaced ones are never told apart one by one, and need not be,
+        since octaves ask for the shape of the loop.
 
     Examples
     --------
@@ -161,7 +159,7 @@ def separability(
     >>> once.creep < 0.001 < 0.01 < better.creep
     True
     """
-    bank = columns(value, period, radii=radii, time_constants=time_constants, degree=degree)
+    bank = columns(value, period, radii=OCTAVES, time_constants=time_constants, degree=DEGREE)
     upper = bank["stops"] * np.clip(0.5 + 0.5 * bank["polynomial"][:, 1:2], 0.0, 1.0)
     placed = _unit(np.concatenate([*bank.values(), upper], axis=1))
     size = placed.shape[1] - upper.shape[1]

@@ -42,25 +42,27 @@ _DATE_TIME = re.compile(
 )
 # 2024/03/05, 05.03.2024 or 3/5/24 before a time of day; a date by itself with the year first, or with points and a
 # whole year.
-_TIME_OF_DAY = r"[T ] *(\d{1,2}:\d\d(?::\d\d(?:[.,:]\d+)?)?) *([AP]\.? ?M\.?)?"
-_YEAR_FIRST = re.compile(
-    rf"(\d{{4}})[/.](\d{{1,2}})[/.](\d{{1,2}}){_TIME_OF_DAY}", re.ASCII | re.IGNORECASE
-)
+_TIME_OF_DAY = r"[T ] *(?P<clock>\d{1,2}:\d\d(?::\d\d(?:[.,:]\d+)?)?) *(?P<half>[AP]\.? ?M\.?)?"
+_SLASHED = r"(?P<year>\d{4})[/.](?P<month>\d{1,2})[/.](?P<day>\d{1,2})"
+_YEAR_FIRST = re.compile(rf"{_SLASHED}{_TIME_OF_DAY}", re.ASCII | re.IGNORECASE)
 _YEAR_LAST = re.compile(
-    rf"(\d{{1,2}})([/.-])(\d{{1,2}})\2(\d{{4}}|\d\d){_TIME_OF_DAY}", re.ASCII | re.IGNORECASE
+    rf"(?P<day>\d{{1,2}})([/.-])(?P<month>\d{{1,2}})\2(?P<year>\d{{4}}|\d\d){_TIME_OF_DAY}",
+    re.ASCII | re.IGNORECASE,
 )
 _MONTHS = "jan feb mar apr may jun jul aug sep oct nov dec".split()  # noqa: SIM905
 _GERMAN_MONTHS = {"mai": "may", "okt": "oct", "dez": "dec", "mrz": "mar", "mär": "mar"}
-_MONTH = f"({'|'.join([*_MONTHS, *_GERMAN_MONTHS])})[a-z]*"
+_MONTH = f"(?P<month>{'|'.join([*_MONTHS, *_GERMAN_MONTHS])})[a-z]*"
 # 05-Mar-24 10:00:00, 5 March 2024 10:00, Mar 5, 2024 10:00
 _DAY_AND_MONTH = re.compile(
-    rf"(\d{{1,2}})[. -]+{_MONTH}[. ,-]+(\d{{4}}|\d\d){_TIME_OF_DAY}", re.IGNORECASE
+    rf"(?P<day>\d{{1,2}})[. -]+{_MONTH}[. ,-]+(?P<year>\d{{4}}|\d\d){_TIME_OF_DAY}", re.IGNORECASE
 )
 _MONTH_AND_DAY = re.compile(
-    rf"{_MONTH}[. -]+(\d{{1,2}})[ ,-]+(\d{{4}}){_TIME_OF_DAY}", re.IGNORECASE
+    rf"{_MONTH}[. -]+(?P<day>\d{{1,2}})[ ,-]+(?P<year>\d{{4}}){_TIME_OF_DAY}", re.IGNORECASE
 )
-_SLASHED_DATE = re.compile(r"(\d{4})[/.](\d{1,2})[/.](\d{1,2})", re.ASCII)
-_POINTED_DATE = re.compile(r"\d{1,2}\.\d{1,2}\.\d{4}", re.ASCII)
+_SLASHED_DATE = re.compile(_SLASHED, re.ASCII)
+_POINTED_DATE = re.compile(r"(?P<day>\d{1,2})\.(?P<month>\d{1,2})\.(?P<year>\d{4})", re.ASCII)
+# Tried in this order; all but `_YEAR_LAST` have one meaning.
+_DATES = (_DAY_AND_MONTH, _MONTH_AND_DAY, _YEAR_FIRST, _YEAR_LAST, _SLASHED_DATE, _POINTED_DATE)
 _CLOCK = re.compile(r"\d{1,2}:\d\d:\d\d([.,]\d+)?", re.ASCII)
 _COLON_SHARE = re.compile(r"(:\d\d:\d\d):(\d+)", re.ASCII)  # 10:11:12:345 with milliseconds
 # mm:ss.0, as a spreadsheet shows short times
@@ -69,10 +71,7 @@ _MINUTES = re.compile(r"(\d{1,3}):([0-5]\d[.,]\d+)", re.ASCII)
 _DURATION = re.compile(r"(-?\d+) days?,? \+?(\d{1,2}):(\d\d):(\d\d(?:[.,]\d+)?)", re.ASCII)
 # What a spreadsheet runs: signs of formulas, also the wide ones; an apostrophe before them says that they are text.
 FORMULA = re.compile("'*[=+\\-@\uff1d\uff0b\uff0d\uff20]")
-_STAMPS = (
-    _DATE_TIME, _CLOCK, _YEAR_LAST, _YEAR_FIRST, _POINTED_DATE, _SLASHED_DATE, _MINUTES, _DURATION, _DAY_AND_MONTH,
-    _MONTH_AND_DAY,
-)  # fmt: skip
+_STAMPS = (_DATE_TIME, _CLOCK, *reversed(_DATES), _MINUTES, _DURATION)
 
 
 _DIGITS = r"(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?"
@@ -261,27 +260,20 @@ def _month(word: str) -> str:
 
 def _iso(text: str, order: str) -> str:
     """Spell a date with the year first or last as in ISO 8601."""
-    if match := _DAY_AND_MONTH.fullmatch(text):
-        day, word, year, clock, half = match.groups()
-        month = _month(word)
-    elif match := _MONTH_AND_DAY.fullmatch(text):
-        word, day, year, clock, half = match.groups()
-        month = _month(word)
-    elif match := _YEAR_FIRST.fullmatch(text):
-        year, month, day, clock, half = match.groups()
-    elif match := _YEAR_LAST.fullmatch(text):
-        day, _, month, year, clock, half = match.groups()
-        if order == "month":
-            day, month = month, day
-    elif match := _SLASHED_DATE.fullmatch(text):
-        year, month, day = match.groups()
-        clock, half = "00:00", None
-    elif _POINTED_DATE.fullmatch(text):
-        day, month, year = text.split(".")
-        clock, half = "00:00", None
+    for pattern in _DATES:
+        match = pattern.fullmatch(text)
+        if match:
+            break
     else:
         return text
-    hour, _, minutes = clock.partition(":")
+    parts = match.groupdict()
+    year, month, day = parts["year"], parts["month"], parts["day"]
+    if pattern is _YEAR_LAST and order == "month":
+        day, month = month, day
+    if not month.isdigit():
+        month = _month(month)
+    hour, _, minutes = parts.get("clock", "00:00").partition(":")
+    half = parts.get("half")
     if half:
         hour = str(int(hour) % 12 + 12 * (half[0] in "Pp"))
     if len(year) == 2:

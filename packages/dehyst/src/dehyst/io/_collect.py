@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +16,7 @@ from dehyst.arrays import Array, Rows
 from dehyst.errors import LogError
 from dehyst.findings import Finding
 from dehyst.io._clocks import TIME_WORDS, is_clock
-from dehyst.io._foreign import guard
+from dehyst.io._foreign import Result, guard
 from dehyst.io._table import LogTable, require_columns
 from dehyst.shell import visible
 from dehyst.units import TABLE, canonical, parse_unit, words
@@ -48,6 +50,11 @@ class Collector:
     sheet: str | int | None = (
         None  # of a workbook: what was asked for, then the name of what was read
     )
+
+    @property
+    def names(self) -> list[str]:
+        """Of all columns, those of numbers first."""
+        return [*self.columns, *self.labels]
 
     def add(self, path: str, value: Any, unit: str = "") -> list[str]:
         """Add an array under a path; return the names of the columns it became.
@@ -239,8 +246,8 @@ class Source:
         self._guard(lambda: self.collect(collector))
         return collector.table()
 
-    def _guard(self, read: Callable[[], None]) -> None:
-        guard(self.path.name, self.title, self.size, read)
+    def _guard(self, read: Callable[[], Result]) -> Result:
+        return guard(self.path.name, self.title, self.size, read)
 
     def collect(self, collector: Collector) -> None:
         """Gather the first rows of all columns."""
@@ -248,6 +255,20 @@ class Source:
 
     def pieces(self, names: Sequence[str], rows: int) -> Iterator[FilePiece]:
         """All rows of some columns, at most `rows` at a time."""
+        count = max(self.lengths.get(name, 0) for name in names)
+        with ExitStack() as stack:
+            file = self._guard(lambda: self.opened(stack, names))
+            for begin, end in even_parts(count, rows):
+                columns = self._guard(partial(self.part, file, names, begin, end))
+                number = np.arange(begin + 1, end + 1, dtype=np.int64)
+                yield FilePiece(columns, number, self.size * end // count)
+
+    def opened(self, stack: ExitStack, names: Sequence[str]) -> Any:
+        """What `part` reads some columns from; the stack closes it."""
+        raise NotImplementedError
+
+    def part(self, file: Any, names: Sequence[str], begin: int, end: int) -> list[Column]:
+        """Rows of some columns from one to another; the next call reads on from there."""
         raise NotImplementedError
 
     def counted(self, name: str, begin: int, end: int) -> Column:

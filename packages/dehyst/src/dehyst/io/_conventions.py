@@ -317,10 +317,10 @@ def _seconds_since_1970(text: str) -> float | None:
         minutes_ahead = -minutes_ahead
     ahead = int(match[7] or 0) * 3600 + minutes_ahead
     try:
-        days = dt.date(year, month, day).toordinal() - dt.date(1970, 1, 1).toordinal()
+        midnight = dt.datetime(year, month, day, tzinfo=dt.UTC).timestamp()
     except ValueError:
         return None
-    return days * DAY + 3600 * hour + 60 * minute + second - ahead
+    return midnight + 3600 * hour + 60 * minute + second - ahead
 
 
 @dataclass

@@ -13,10 +13,12 @@ import threading
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stdout
-from typing import Any
+from typing import Any, TypeVar
 
 from dehyst.errors import DehystError, LogError, MissingExtraError
 from dehyst.io._text import EXPANSION_LIMIT, SIZE_LIMIT
+
+Result = TypeVar("Result")
 
 # Arrays unpack without parsing, so more is allowed for free than for text.
 BINARY_FREE = 64 << 20
@@ -31,37 +33,32 @@ class _TooLongError(Exception):
     """The reader did not finish in time."""
 
 
-def guard(name: str, kind: str, size: int, read: Callable[[], None]) -> None:
-    """Run a foreign reader so that whatever goes wrong in it becomes one named error.
+def guard(name: str, kind: str, size: int, read: Callable[[], Result]) -> Result:
+    """Return what a foreign reader returns, which is run so that whatever goes wrong in it becomes one named error.
 
     A damaged file can make such a reader raise anything (polars' panics are not even an Exception), warn, write to
     the terminal, or never end. The meaning is always the same: the file is not what its first bytes promise.
     `size` is that of the file in bytes: the limit is 1 s and 4 s more for each MB, where the system has interval timers
     and this is the main thread.
     """
-    failure = ""
     with _quiet():
         try:
-            with _deadline(
-                GRACE_SECONDS + size / SLOWEST_RATE
-            ):  # which rings again and again, until it is left
-                read()
+            # It rings again and again, until it is left.
+            with _deadline(GRACE_SECONDS + size / SLOWEST_RATE):
+                return read()
         except (DehystError, KeyboardInterrupt, SystemExit):
             raise
         except BaseException as fault:
             failure = f"{type(fault).__name__}: {' '.join(str(fault).split())[:160]}".strip(": _")
-        if failure:
-            gc.collect(
-                1
-            )  # half-built objects of the reader complain when they go: let them go while it is quiet
+        # Half-built objects of the reader complain when they go: let them go while it is quiet.
+        gc.collect(1)
     # Raised here, not above: a fault kept as context would keep those objects alive.
-    if failure:
-        raise LogError(
-            f"log '{name}' is damaged: it cannot be read as {kind} ({failure}). Copy or export it again, or save the "
-            f"columns as CSV.",
-            file=name,
-            kind=kind,
-        )
+    raise LogError(
+        f"log '{name}' is damaged: it cannot be read as {kind} ({failure}). Copy or export it again, or save the "
+        f"columns as CSV.",
+        file=name,
+        kind=kind,
+    )
 
 
 @contextmanager

@@ -17,10 +17,8 @@ from dehyst.io._collect import (
     MAX_WIDTH,
     Collector,
     Column,
-    FilePiece,
     NotInPartsError,
     Source,
-    even_parts,
     numbers_of,
     strings_of,
 )
@@ -228,11 +226,9 @@ class _Head(_Walk):
         refuse_bomb(
             int(node.size) * node.dtype.itemsize, self.packed, self.collector.name, math.inf
         )
-        before = {*self.collector.columns, *self.collector.labels}
+        before = set(self.collector.names)
         self.attributes.add(path, _cut(node, 0, HEAD_ROWS), _attributes(node), self.is_netcdf)
-        columns = [
-            name for name in (*self.collector.columns, *self.collector.labels) if name not in before
-        ]
+        columns = [name for name in self.collector.names if name not in before]
         if node.dtype.names is None or len(node.dtype.names) == len(columns):
             for place, name in enumerate(columns):
                 self.origins[name] = (node.name, place, rows)
@@ -277,24 +273,15 @@ class Hdf5Parts(Source):
             lengths[name] = rows
         self.lengths = lengths
 
-    def pieces(self, names: Sequence[str], rows: int) -> Iterator[FilePiece]:
-        """All rows of some columns, at most `rows` at a time."""
+    def opened(self, stack: ExitStack, names: Sequence[str]) -> Any:
+        """Open the file."""
         import h5py
 
-        count = max(self.lengths.get(name, 0) for name in names)
-        with ExitStack() as stack:
-            files: list[Any] = []
-            self._guard(lambda: files.append(stack.enter_context(h5py.File(self.path, "r"))))
-            for begin, end in even_parts(count, rows):
-                columns: list[Any] = []
+        return stack.enter_context(h5py.File(self.path, "r"))
 
-                def read(begin: int = begin, end: int = end, columns: list[Any] = columns) -> None:
-                    columns.extend(self._column(files[0], name, begin, end) for name in names)
-
-                self._guard(read)
-                yield FilePiece(
-                    columns, np.arange(begin + 1, end + 1, dtype=np.int64), self.size * end // count
-                )
+    def part(self, file: Any, names: Sequence[str], begin: int, end: int) -> list[Column]:
+        """Rows of some columns from one to another."""
+        return [self._column(file, name, begin, end) for name in names]
 
     def _column(self, file: Any, name: str, begin: int, end: int) -> Column:
         short = {**self.table.columns, **self.table.labels}.get(name)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.io._collect import HEAD_ROWS, Collector, FilePiece, Source, even_parts
+from dehyst.io._collect import HEAD_ROWS, Collector, Column, Source
 from dehyst.io._foreign import refuse_bomb
 
 SYNC_TIME = 1
@@ -124,33 +124,23 @@ class MdfParts(Source):
             refuse_bomb(_claimed(file), self.size, collector.name, math.inf)
             groups: list[Any] = file.groups
             for number, group in enumerate(groups):
-                before = {*collector.columns, *collector.labels}
+                before = set(collector.names)
                 _add_group(collector, file, number, 0, HEAD_ROWS)
-                names = [
-                    name for name in (*collector.columns, *collector.labels) if name not in before
-                ]
+                names = [name for name in collector.names if name not in before]
                 self._groups.append(names)
                 self.lengths.update(dict.fromkeys(names, int(group.channel_group.cycles_nr)))
 
-    def pieces(self, names: Sequence[str], rows: int) -> Iterator[FilePiece]:
-        """All rows of some columns of one group, at most `rows` at a time."""
+    def opened(self, stack: ExitStack, names: Sequence[str]) -> Any:
+        """Open the file."""
         import asammdf
 
+        return stack.enter_context(asammdf.MDF(self.path))
+
+    def part(self, file: Any, names: Sequence[str], begin: int, end: int) -> list[Column]:
+        """Rows of some columns of one group from one to another."""
         number = next(k for k, group in enumerate(self._groups) if names[0] in group)
-        count = self.lengths[names[0]]
-        with ExitStack() as stack:
-            files: list[Any] = []
-            self._guard(lambda: files.append(stack.enter_context(asammdf.MDF(self.path))))
-            for begin, end in even_parts(count, rows):
-                part = Collector(self.path.name)
-
-                def read(begin: int = begin, end: int = end, part: Collector = part) -> None:
-                    _add_group(part, files[0], number, begin, end - begin)
-
-                self._guard(read)
-                values: list[Any] = [*part.columns.values(), *part.labels.values()]
-                columns = dict(zip(self._groups[number], values, strict=True))
-                numbers = np.arange(begin + 1, end + 1, dtype=np.int64)
-                yield FilePiece(
-                    [columns[name] for name in names], numbers, self.size * end // count
-                )
+        part = Collector(self.path.name)
+        _add_group(part, file, number, begin, end - begin)
+        values: list[Column] = [*part.columns.values(), *part.labels.values()]
+        columns = dict(zip(self._groups[number], values, strict=True))
+        return [columns[name] for name in names]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import io
 import zipfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +23,6 @@ from dehyst.io._collect import (
     MAX_WIDTH,
     Collector,
     Column,
-    FilePiece,
     Source,
     numbers_of,
 )
@@ -156,38 +155,30 @@ class NumpyParts(Source):
             stream.seek(strand.start)
             return strand.read(stream, min(strand.count, HEAD_ROWS), True)
 
-    def pieces(self, names: Sequence[str], rows: int) -> Iterator[FilePiece]:
-        """All rows of some columns, at most `rows` at a time."""
-        strands = [self._strands.get(name) for name in names]
-        count = next(strand.count for strand in strands if strand)
+    def opened(self, stack: ExitStack, names: Sequence[str]) -> list[BinaryIO | None]:
+        """Streams that stand at the first sample of each column, None for one that is counted."""
         streams: list[BinaryIO | None] = []
-        with ExitStack() as stack:
+        for name in names:
+            stream = None
+            if name in self._strands:
+                strand = self._strands[name]
+                stream = self._open(stack, strand.member)
+                stream.seek(strand.start)
+            streams.append(stream)
+        return streams
 
-            def begin() -> None:
-                for strand in strands:
-                    stream = None
-                    if strand:
-                        stream = self._open(stack, strand.member)
-                        stream.seek(strand.start)
-                    streams.append(stream)
-
-            self._guard(begin)
-            for k in range(0, count, rows):
-                samples = min(rows, count - k)
-                columns: list[Column] = []
-
-                def read(k: int = k, samples: int = samples, into: list[Column] = columns) -> None:
-                    for name, strand, stream in zip(names, strands, streams, strict=True):
-                        if strand and stream:
-                            into.append(
-                                numbers_of(strand.read(stream, samples, k + samples == count))
-                            )
-                        else:
-                            into.append(self.counted(name, k, k + samples))
-
-                self._guard(read)
-                number = np.arange(k + 1, k + samples + 1, dtype=np.int64)
-                yield FilePiece(columns, number, self.size * (k + samples) // count)
+    def part(
+        self, file: list[BinaryIO | None], names: Sequence[str], begin: int, end: int
+    ) -> list[Column]:
+        """Samples of some columns from one to another."""
+        columns: list[Column] = []
+        for name, stream in zip(names, file, strict=True):
+            if stream is None:
+                columns.append(self.counted(name, begin, end))
+                continue
+            strand = self._strands[name]
+            columns.append(numbers_of(strand.read(stream, end - begin, end == strand.count)))
+        return columns
 
 
 def _header(stream: BinaryIO) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:

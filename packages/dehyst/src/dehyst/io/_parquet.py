@@ -8,15 +8,15 @@ from __future__ import annotations
 import base64
 import io
 import struct
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from dehyst.io._collect import HEAD_ROWS, Collector, Column, FilePiece, Source, numbers_of
+from dehyst.io._collect import HEAD_ROWS, Collector, Column, Source, numbers_of
 from dehyst.io._foreign import muted_stderr, refuse_bomb
 from dehyst.shell import visible
 
@@ -128,28 +128,20 @@ class ParquetParts(Source):
         import polars
 
         with muted_stderr():
-            self._rows = int(self._scan().select(polars.len()).collect().item())
+            rows = int(self._scan().select(polars.len()).collect().item())
             _add(collector, self._scan().slice(0, HEAD_ROWS), self._field_units())
-        self.lengths = dict.fromkeys((*collector.columns, *collector.labels), self._rows)
+        self.lengths = dict.fromkeys(collector.names, rows)
 
-    def pieces(self, names: Sequence[str], rows: int) -> Iterator[FilePiece]:
-        """All rows of some columns, at most `rows` at a time."""
-        for k in range(0, self._rows, rows):
-            by_name: dict[str, Column] = {}
+    def opened(self, stack: ExitStack, names: Sequence[str]) -> None:
+        """Nothing stays open: polars reads the rows of each part anew."""
 
-            def read(k: int = k, by_name: dict[str, Column] = by_name) -> None:
-                with muted_stderr():
-                    plan = self._scan()
-                    inside = {
-                        visible(name): name for name in reversed(plan.collect_schema().names())
-                    }
-                    selected = plan.select(
-                        [inside.get(name, name) for name in dict.fromkeys(names)]
-                    ).slice(k, rows)
-                    for series in selected.collect().get_columns():
-                        by_name[visible(series.name)] = numbers_of(np.asarray(_values(series)))
-
-            self._guard(read)
-            columns = [by_name[name] for name in names]
-            number = np.arange(k + 1, k + columns[0].size + 1, dtype=np.int64)
-            yield FilePiece(columns, number, self.size * min(self._rows, k + rows) // self._rows)
+    def part(self, file: None, names: Sequence[str], begin: int, end: int) -> list[Column]:
+        """Rows of some columns from one to another."""
+        columns: dict[str, Column] = {}
+        with muted_stderr():
+            plan = self._scan()
+            inside = {visible(name): name for name in reversed(plan.collect_schema().names())}
+            wanted = [inside.get(name, name) for name in dict.fromkeys(names)]
+            for series in plan.select(wanted).slice(begin, end - begin).collect().get_columns():
+                columns[visible(series.name)] = numbers_of(np.asarray(_values(series)))
+        return [columns[name] for name in names]

@@ -141,8 +141,7 @@ class RosParts(Source):
 
     def _guarded(self, messages: Iterator[Message]) -> Iterator[Message]:
         while True:
-            batch: list[Message] = []
-            self._guard(lambda into=batch: into.extend(islice(messages, BATCH)))  # type: ignore[misc]
+            batch = self._guard(lambda: list(islice(messages, BATCH)))
             if not batch:
                 return
             yield from batch

@@ -123,9 +123,7 @@ def list_first(texts: Sequence[str], shown: int, mark: str = ", ") -> str:
     return mark.join(listed)
 
 
-def list_rows(
-    rows: Rows | Sequence[int], word: str = "line", count: int = 0, shown: int = SHOWN
-) -> str:
+def list_rows(rows: Rows | Sequence[int], word: str = "line", count: int = 0) -> str:
     """Name the first few rows and the number of the others; `count` if there are more rows than were kept.
 
     Examples
@@ -133,7 +131,7 @@ def list_rows(
     >>> list_rows([3]), list_rows([3, 4, 9, 12, 15, 20])
     ('line 3', 'lines 3, 4, 9, 12 and 2 more')
     """
-    numbers = [str(int(row)) for row in rows[:shown]]
+    numbers = [str(int(row)) for row in rows[:SHOWN]]
     text = f"{word}{plural(len(rows))} {', '.join(numbers)}"
     more = max(count, len(rows)) - len(numbers)
     if more > 0:

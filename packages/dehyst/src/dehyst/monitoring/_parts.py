@@ -13,7 +13,7 @@ shift, a_1 the relative change of the whole, a_2 that of the loop beyond it.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias, cast
 
@@ -37,7 +37,6 @@ from dehyst.monitoring._groups import Cycle, rms, samples_of_cycles
 from dehyst.monitoring._policy import POLICY
 
 Parted: TypeAlias = Model  # what can be taken apart: the core runs it
-Schedules: TypeAlias = Mapping[str, Array]
 
 # Cores of the models that say what part of their answer is creep.
 DIRECT = "direct"

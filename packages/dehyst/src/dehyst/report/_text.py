@@ -172,22 +172,22 @@ def listed(names: Sequence[object]) -> str:
     return f"{', '.join(before)} and {last}"
 
 
-def between(low: float, high: float, unit: str = "") -> str:
+def between(low: float, high: float) -> str:
     """Return an interval, or the number that both ends are printed as.
 
     Examples
     --------
-    >>> between(26.0, 33.4, " %"), between(-1.0, 2.0), between(3.0, 3.0)
-    ('26.0–33.4 %', '−1.00 to 2.00', '3.00')
+    >>> between(26.0, 33.4), between(-1.0, 2.0), between(3.0, 3.0)
+    ('26.0–33.4', '−1.00 to 2.00', '3.00')
     """
     first, last = number(low), number(high)
     if first == last:
-        return f"{first}{unit}"
+        return first
     # Before a minus a dash would be read as another one.
     dash = " to "
     if low >= 0.0:
         dash = "–"
-    return f"{first}{dash}{last}{unit}"
+    return f"{first}{dash}{last}"
 
 
 def count(n: int, noun: str) -> str:
