@@ -37,6 +37,7 @@ from generate import (  # noqa: E402 - found beside this file
     integrator,
     models,
     notebooks,
+    paper_compensator,
     parameters,
     plant_fit,
     proofs,
@@ -89,7 +90,10 @@ PAGES = {f"reference/{name}": make for name, make in REFERENCE.items()} | {
 PARTS = {
     ("explanation/the-plant.md", "life"): parameters.life,
     ("explanation/the-plant.md", "numbers"): parameters.numbers,
+    ("explanation/the-experiment.md", "rest"): paper_compensator.at_rest,
+    ("explanation/the-experiment.md", "twice"): paper_compensator.twice,
     ("explanation/the-experiment.md", "sensitivity"): sensitivity.table,
+    ("explanation/the-experiment.md", "readings"): paper_compensator.readings,
     ("explanation/gain-or-compensator.md", "poles"): gains.over_poles,
     ("explanation/gain-or-compensator.md", "ratios"): gains.ratios,
     ("explanation/gain-or-compensator.md", "effects"): gains.effects,
