@@ -1,8 +1,8 @@
 """What the integrator has to do without and with a compensator: gain in the slow trial, three minutes of rest.
 
-python benchmarks/integrator.py [--plants maxwell-slip preisach dahl] [--seed 0]
+python benchmarks/integrator.py [--plants maxwell-slip preisach dahl] [--conditions realistic] [--seed 0]
 
-Writes results/integrator.json, from which docs/build.py draws the picture of docs/explanation/integrator.md.
+Writes results/integrator.json, from which docs/build.py makes tables and picture of docs/explanation/integrator.md.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ RESULTS = Path(__file__).parent / "results" / "integrator.json"
 EVERY = 20  # rows of 0.1 s of a rest that become one
 
 
-def measured(plant: str, seed: int) -> dict[str, Any]:
+def measured(plant: str, conditions: str, seed: int) -> dict[str, Any]:
     """All figures of a plant."""
-    robot = load_robot(conditions="kind", changes={"hysteresis.mechanism": plant})
+    robot = load_robot(conditions=conditions, changes={"hysteresis.mechanism": plant})
     joint = identified_alone(robot, plan_path(robot), seed=seed)
-    found: dict[str, Any] = {}
+    found: dict[str, Any] = {"conditions": conditions}
     for name, one in (("off", without(joint)), ("on", joint)):
         found[name] = {
             "gains": [asdict(gain) for gain in gains(one)],
@@ -68,13 +68,14 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--plants", nargs="+", default=list(PLANTS))
+    parser.add_argument("--conditions", default="realistic", choices=("realistic", "kind"))
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     with ThreadPoolExecutor() as pool:  # the simulation does not hold Python's lock
         found = dict(
             zip(
                 options.plants,
-                pool.map(lambda p: measured(p, options.seed), options.plants),
+                pool.map(lambda p: measured(p, options.conditions, options.seed), options.plants),
                 strict=True,
             )
         )
