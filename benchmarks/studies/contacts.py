@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
+import mujoco
 import numpy as np
 import numpy.typing as npt
 
+from dehyst.errors import ParameterError
 from dehyst.models import DirectInverse
-from dehyst_robot.arm import Reference, Robot
+from dehyst_robot.arm import Arm, Reference, Robot
+from dehyst_robot.arm._rigid_body import arm_mjcf
 from dehyst_robot.control import FLAGS
 from dehyst_robot.experiments import Equipment, home
 from dehyst_robot.experiments._calibration import refuse_failed
@@ -22,6 +26,7 @@ BEGINS_S, ENDS_S, STOPS_S = 40.0, 120.0, 200.0  # of the contact, and of the mot
 SETTLED_S = 5.0  # after the release the error is asked for
 SPACING_S = 0.004  # at which a contact answers to the joint
 EDGE_S = 0.5  # over which a hand takes hold
+IMPEDANCE = 0.5  # d of a contact of MuJoCo, the same at every depth
 SLOW = np.radians(0.5)  # speed at which a hand that brakes gives half of its torque, rad/s
 
 # Torque [Nm] of a contact, of the angle [rad], the speed [rad/s], and where the joint was when it began [rad].
@@ -29,11 +34,31 @@ Contact = Callable[[float, float, float], float]
 
 
 @dataclass(frozen=True)
+class Wall:
+    """A plane of MuJoCo that the last link lies against at an angle of joint 1, without friction.
+
+    Attributes
+    ----------
+    stiffness
+        Of the torque of the contact by the angle beyond the wall. [Nm/rad]
+    at
+        That angle. [deg]
+    damping
+        [Nm s/rad]
+    """
+
+    stiffness: float
+    at: float
+    damping: float = 5.0
+
+
+@dataclass(frozen=True)
 class Touch:
-    """A contact, and how long it takes until it is there in full. [s]"""
+    """A contact, and how long it takes until it is there in full [s]; what MuJoCo's solver touches beside it."""
 
     contact: Contact
     edge: float = EDGE_S
+    wall: Wall | None = None
 
 
 def along(torque: float) -> Contact:
@@ -56,6 +81,64 @@ def load(torque: float) -> Contact:
     return lambda angle, speed, begun: torque
 
 
+class ArmAtWall(Arm):
+    """Joint 1 alone, upright, whose last link meets a plane of MuJoCo while `there` says so.
+
+    The force is that of MuJoCo's contact: both ends of the link's capsule touch the plane.
+    """
+
+    def __init__(self, wall: Wall, robot: Robot, **parts: Any) -> None:
+        self._wall = wall
+        super().__init__(robot, **parts)
+
+    def _rigid_bodies(self) -> mujoco.MjModel:
+        spec = mujoco.MjSpec.from_string(
+            arm_mjcf(self.robot, set(self.moving), self.robot.payload.mass, 1.0, {}, fused=True)
+        )
+        link = spec.geom(f"link {max(self.robot.joints)}")
+        link.contype = 1
+        at = np.radians(self._wall.at)
+        normal = np.array([np.sin(at), -np.cos(at), 0.0])
+        # Behind the axis by the radius of the link, so that the link meets it at that angle.
+        spec.worldbody.add_geom(
+            name="wall",
+            type=mujoco.mjtGeom.mjGEOM_PLANE,
+            size=[1.0, 1.0, 0.1],
+            pos=-link.size[0] * normal,
+            quat=np.sqrt(0.5) * np.array([1.0, -normal[1], normal[0], 0.0]),  # from z to the normal
+            contype=1,
+            conaffinity=1,
+            condim=1,
+            priority=1,  # its softness alone counts
+            solimp=[IMPEDANCE, IMPEDANCE, 0.001, 0.5, 2.0],
+        )
+        model = spec.compile()
+        model.geom("wall").solref[:] = self._softness(model)
+        return model
+
+    def _softness(self, model: mujoco.MjModel) -> Array:
+        """Return stiffness and damping as MuJoCo takes them, negative, by the mass that it assumes. [1/s^2, 1/s]
+
+        At rest a contact of depth r and impedance d pushes with s r m/(1 - d), with m = 1/invweight of its body.
+        """
+        link = model.geom(f"link {max(self.robot.joints)}")
+        data = mujoco.MjData(model)
+        mujoco.mj_kinematics(model, data)
+        middle = data.geom(link.id).xpos
+        half = link.size[1] * data.geom(link.id).xmat.reshape(3, 3)[:, 2]
+        squares = 0.0
+        for end in (middle + half, middle - half):
+            squares += float(end[0] ** 2 + end[1] ** 2)
+        mass = squares / float(model.body_invweight0[link.bodyid[0], 0])
+        share = (1.0 - IMPEDANCE) / mass
+        return -share * np.array([self._wall.stiffness, self._wall.damping])
+
+    def there(self, yes: bool) -> None:
+        """Put the wall there, or take it away."""
+        off = mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+        self.model.opt.disableflags = 0 if yes else int(off)
+
+
 CONTACTS: dict[str, Touch | None] = {
     "none": None,
     "a hand that brakes, 4 Nm": Touch(along(-4.0)),
@@ -64,6 +147,7 @@ CONTACTS: dict[str, Touch | None] = {
     "a hand that holds on, 60 Nm/rad": Touch(held(60.0, 3.0)),
     "a wall at 6 degrees, 200 Nm/rad": Touch(wall(200.0, 6.0)),
     "a load of 5 Nm": Touch(load(5.0)),
+    "a wall at 6 degrees, 200 Nm/rad, of MuJoCo": Touch(load(0.0), wall=Wall(200.0, 6.0)),
     "a hand that brakes, 4 Nm after 5 s": Touch(along(-4.0), edge=5.0),
     "a hand that brakes, 4 Nm after 60 s": Touch(along(-4.0), edge=60.0),
 }
@@ -163,6 +247,23 @@ def loop_energy(robot: Robot, equipment: Equipment, number: int, compensator: st
     return float(np.trapezoid((torque * velocity[:, 0])[last], times[last]))
 
 
+def touched_arm(robot: Robot, equipment: Equipment, number: int, by: Touch | None) -> Arm:
+    """Return the joint alone as in a trial, beside a wall of MuJoCo if the contact has one."""
+    if by is None or by.wall is None:
+        return trial_arm(robot, equipment, "slow", (number,))
+    if number != 1:
+        raise ParameterError(f"joint {number}: the wall of MuJoCo stands beside joint 1. Pass 1.")
+    return ArmAtWall(
+        by.wall,
+        robot,
+        moving=(number,),
+        controllers=equipment.controllers,
+        compensators=equipment.compensators,
+        adaptations=equipment.adaptations,
+        seed=equipment.seed,
+    )
+
+
 def touch(
     robot: Robot, equipment: Equipment, number: int, compensator: str, by: Touch | None
 ) -> Touched:
@@ -170,7 +271,7 @@ def touch(
 
     The contact answers to the true angle and speed of the joint 250 times a second.
     """
-    arm = trial_arm(robot, equipment, "slow", (number,))
+    arm = touched_arm(robot, equipment, number, by)
     home(arm, equipment.characteristics)
     mean = robot.controller.mean_pressure
     switches = trial_switches(robot, (number,), "slow", compensator, equipment.adaptations)
@@ -187,7 +288,10 @@ def touch(
         if lasting < 0.0:
             begun = angle
         before, torque = torque, 0.0
-        if by is not None and 0.0 <= lasting < ENDS_S - BEGINS_S:
+        is_there = by is not None and 0.0 <= lasting < ENDS_S - BEGINS_S
+        if isinstance(arm, ArmAtWall):
+            arm.there(is_there)
+        if by is not None and is_there:
             torque = min(lasting / by.edge, 1.0) * by.contact(angle, speed, begun)
         part = slice(k, k + 2)
         moves = path[0][part], path[1][part], path[2][part]
@@ -196,7 +300,7 @@ def touch(
         log = arm.run(told, every_s=SPACING_S)
         refuse_failed(arm, log)
         error.append(float(np.degrees(path[0][k + 1, 0] - arm.angles[0])))
-        pushed.append(torque)
+        pushed.append(torque + float(arm.data.qfrc_constraint[0]))
         scales.append(log.scale[-1, 0] * log.scales[-1, 0])
         flags.append(int(np.bitwise_or.reduce(log.flags[:, 0])))
     return Touched(times[1:], np.array(error), np.array(pushed), np.array(scales), np.array(flags))

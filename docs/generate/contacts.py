@@ -6,7 +6,15 @@ import csv
 from pathlib import Path
 
 RESULT = Path(__file__).with_name("contacts.csv")
-PLANTS = {"maxwell-slip": "Maxwell slip", "preisach": "Preisach", "dahl": "Dahl"}
+PLANTS = {
+    "maxwell-slip": "Maxwell slip",
+    "preisach": "Preisach",
+    "dahl": "Dahl",
+    "lugre": "LuGre",
+    "pinched": "Pinched",
+    "ageing": "Ageing",
+    "braid": "Braid",
+}
 Cases = dict[tuple[str, str, str], dict[str, str]]
 
 
@@ -28,11 +36,12 @@ def table() -> str:
     ]
     for plant, title in PLANTS.items():
         for contact in dict.fromkeys(name for _, name, _ in rows):
-            if contact == "none":
+            if contact == "none" or (plant, contact, "best") not in rows:
                 continue
             best = rows[plant, contact, "best"]
             cells = [f"{title}, {contact}"]
-            cells += [_errors(rows[plant, contact, name]) for name in ("off", "paper", "best")]
+            for name in ("off", "paper", "best"):
+                cells.append(_errors(rows.get((plant, contact, name))))
             cells += [
                 best["touched_s"] or "not",
                 f"{float(best['peak_Nm']):.0f}",
@@ -49,6 +58,8 @@ def table() -> str:
     return "\n".join(lines)
 
 
-def _errors(row: dict[str, str]) -> str:
+def _errors(row: dict[str, str] | None) -> str:
+    if row is None:
+        return "not run"
     columns = ("before_mdeg", "during_mdeg", "settled_mdeg")
     return ", ".join(f"{float(row[name]):.0f}" for name in columns)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +25,9 @@ from dehyst_robot.arm._rigid_body import (
 from dehyst_robot.arm._runs import ArmLog, Reference
 from dehyst_robot.control import Controller, Seat
 from dehyst_robot.control import kit as control_kit
+
+if TYPE_CHECKING:
+    from mujoco import MjModel
 
 SEEDS = 1 << 32
 
@@ -99,7 +102,7 @@ class Drives:
         self.period = robot.simulation.period
         self.seed = seed
         self._pressures = pressures
-        self.model = arm_model(robot, moving=moving, fused=True)
+        self.model = self._rigid_bodies()
         self.data = new_data(self.model)
         # The same memory as MuJoCo's: to ask for it anew costs as much as a period.
         self._angles = self.data.qpos
@@ -129,6 +132,10 @@ class Drives:
             if drive == (None, None):
                 self._without_controller.append(number)
         self.reset()
+
+    def _rigid_bodies(self) -> MjModel:
+        """Return MuJoCo's model of the links; a class with something around the arm makes its own."""
+        return arm_model(self.robot, moving=self.moving, fused=True)
 
     def _driven(
         self, number: int, controller: Controller | None

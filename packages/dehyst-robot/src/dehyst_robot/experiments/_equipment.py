@@ -140,7 +140,7 @@ def equip(
             shear = identified.shear * BAR
             controllers[n] = replace(controllers[n], shear=shear, compensator_unit=BAR)
         elif adaptive:
-            adaptations[n] = Adaptation()
+            adaptations[n] = adaptation_of(identified.missed)
     return Equipment(
         controllers,
         characteristics,
@@ -150,6 +150,20 @@ def equip(
         adaptations=adaptations,
         missed=missed,
     )
+
+
+def adaptation_of(missed: float) -> Adaptation:
+    """Return how a direct inverse learns that missed up to so much where nothing touched the joint. [Nm]
+
+    Errors up to that are the model's own, and no contact.
+
+    Examples
+    --------
+    >>> adaptation_of(2.5).most_error, adaptation_of(0.1).most_error
+    (2.5, 0.5)
+    """
+    usual = Adaptation()
+    return replace(usual, most_error=max(usual.most_error, POLICY.own_errors * missed))
 
 
 # Of a polynomial in the controller: DEHYST_DEGREE - 1 of packages/dehyst/core/dehyst.h.
