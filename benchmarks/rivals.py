@@ -1,6 +1,8 @@
 """Rivals on the realistic plant: every controller and compensator that a reviewer would name, one log, one budget.
 
-python benchmarks/rivals.py [--joint 1] [--draws 8] [--rivals best ...] [--out docs/generate/rivals.csv]
+python benchmarks/rivals.py [--joint 1] [--draws 20] [--rivals best ...] [--out docs/generate/rivals.csv]
+python benchmarks/rivals.py --air                   # what each draws from the supply in the fast trial, packaged plant
+python benchmarks/rivals.py --unexplained           # of each mechanism: what the models leave of loops not in their log
 
 A joint alone, calibrated, identified and run as `dehyst reproduce --quick` does. Every draw is another plant: kind and
 size of the hysteresis, static map, pulley, masses, delay of the valves, and by the seed tolerances and noise. A rival
@@ -50,6 +52,8 @@ from dehyst.errors import DehystError
 from dehyst.models import DirectInverse
 from dehyst_robot.arm import Robot, load_robot
 from dehyst_robot.arm import kit as arm_kit
+from dehyst_robot.arm._rigid_body import moment_arms
+from dehyst_robot.arm._routing import contraction
 from dehyst_robot.commands._reproduce import QUICK
 from dehyst_robot.control import InverseCompensator
 from dehyst_robot.experiments import Equipment, JointIdentification, calibrate, equip, plan_path
@@ -83,7 +87,11 @@ LATE = (
     "fast_late"  # the fast trial with commands that come 5 ms later: does the loop have the margin?
 )
 LATER_S = 0.005
-DRAWS = 8  # of the table that is shipped
+DRAWS = 20  # of the table that is shipped
+UNEXPLAINED = OUT.with_name("unexplained.csv")
+AIR = OUT.with_name("rivals_air.csv")
+AMBIENT = 101325.0  # [Pa]
+STILL = 0.005  # changes of the air in a muscle below this share of its mean are noise of the sensor
 TUNING = "tuning"  # in place of a draw: the packaged realistic plant, on which settings are chosen
 NATIVE = ("paper", "best", "scaled", "maxwell-slip")
 PASSES = 4
@@ -455,6 +463,86 @@ def chosen_settings(rows: list[Row], joint: int) -> dict[str, Any]:
     return chosen
 
 
+def air_of(case: Case, name: str, setting: Any) -> float:
+    """Air that both muscles draw from the supply in the fast trial, at ambient pressure. [l]"""
+    joint = case.joint
+    prepared = RIVALS[name].prepare(case, setting)
+    equipment = prepared.equipment
+    if prepared.law is not None:
+        law = prepared.law(POSITION | INTEGRATOR)
+        equipment = replace(equipment, laws={joint.number: law})
+    run, _ = learned_trial(
+        prepared.robot or joint.robot,
+        joint.path,
+        equipment,
+        "fast",
+        "on" if prepared.on else "off",
+        moving=(joint.number,),
+        passes=prepared.passes,
+    )
+    place = joint.number - 1
+    described = joint.robot.joint(joint.number)
+    drawn = 0.0
+    for muscle, arm in enumerate(moment_arms(joint.robot, joint.number)):
+        kind = joint.robot.muscles[described.driven[muscle]]
+        kappa = contraction(arm, kind.length, described.middle)(run.angle[:, place])
+        volume = kind.dead_volume + kind.length * np.polynomial.polynomial.polyval(
+            kappa, kind.volume
+        )
+        air = (1.0 + run.pressure[:, place, muscle] / AMBIENT) * volume
+        drawn += rises_of(air, STILL * float(np.mean(air)))
+    return 1e3 * drawn
+
+
+def rises_of(signal: np.ndarray[Any, Any], band: float) -> float:
+    """Sum of the rises of a signal from one turning point to the next; those smaller than a band are none."""
+    total, low, high, rising = 0.0, float(signal[0]), float(signal[0]), False
+    for value in signal.tolist():
+        if rising:
+            high = max(high, value)
+            if value < high - band:
+                total += high - low
+                low, rising = value, False
+        else:
+            low = min(low, value)
+            if value > low + band:
+                high, rising = value, True
+    return total + (high - low if rising else 0.0)
+
+
+def air(path: Path, rows: list[Row]) -> None:
+    """Write the air of each rival, with the setting that its tries chose, on the packaged realistic plant."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(("joint", "rival", "air_l"))
+        for number in (1, 2, 4):
+            case, settings = case_of(None, number), chosen_settings(rows, number)
+            for name in RIVALS:
+                try:
+                    litres = f"{air_of(case, name, settings[name]):.3f}"
+                except DehystError:
+                    litres = ""
+                writer.writerow((number, name, litres))
+                print(number, name, litres, flush=True)
+
+
+def unexplained(path: Path) -> None:
+    """Write what `paper` and `best` leave of the hysteresis on loops that their log does not have, a draw a mechanism.
+
+    It is std(hysteresis - model)/std(hysteresis): no controller and no trial is in it.
+    """
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(("joint", "draw", "plant", "paper", "best"))
+        for number in (1, 2, 4):
+            for draw in range(len(MECHANISMS)):
+                case = case_of(draw, number)
+                identified = case.joint.found
+                left = [round(identified[name].unexplained, 4) for name in ("paper", "best")]
+                writer.writerow((number, draw, case.plant, *left))
+                print(number, draw, case.plant, *left, flush=True)
+
+
 class Table:
     """The file of results: what is there is not run again, what is new is written at once."""
 
@@ -510,10 +598,18 @@ def main() -> int:
     parser.add_argument("--draws", type=int, default=DRAWS)
     parser.add_argument("--rivals", nargs="+", default=list(RIVALS), choices=list(RIVALS))
     parser.add_argument("--out", type=Path, default=OUT)
+    parser.add_argument("--air", action="store_true")
+    parser.add_argument("--unexplained", action="store_true")
     options = parser.parse_args()
     # Of trials of rivals, at gains at which something may be wrong.
     warnings.simplefilter("ignore", UserWarning)
+    if options.unexplained:
+        unexplained(UNEXPLAINED)
+        return 0
     table = Table(options.out)
+    if options.air:
+        air(AIR, table.rows)
+        return 0
     tune(table, options.joint, options.rivals)
     settings = chosen_settings(table.rows, options.joint)
     for draw in range(options.draws):

@@ -114,6 +114,7 @@ PARTS = {
     ("explanation/rivals.md", "errors"): rivals.errors,
     ("explanation/rivals.md", "ratios"): rivals.ratios,
     ("explanation/rivals.md", "pairs"): rivals.pairs,
+    ("explanation/rivals.md", "mechanisms"): rivals.mechanisms,
     ("explanation/rivals.md", "budgets"): rivals.budgets,
     ("explanation/rivals.md", "lost"): rivals.lost,
     ("how-to/valves.md", "sticking"): valves.sticking,

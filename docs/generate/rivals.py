@@ -1,5 +1,5 @@
-"""Tables of explanation/rivals.md, from what benchmarks/rivals.py measured; it takes an hour, so its result lies beside
-this file."""
+"""Tables and figure of explanation/rivals.md, from what benchmarks/rivals.py measured; it takes hours, so its results
+lie beside this file."""
 
 from __future__ import annotations
 
@@ -12,9 +12,19 @@ from pathlib import Path
 from statistics import median
 
 import numpy as np
+from matplotlib.figure import Figure
 from scipy.stats import wilcoxon
 
 RESULT = Path(__file__).with_name("rivals.csv")
+UNEXPLAINED = Path(__file__).with_name("unexplained.csv")
+AIR = Path(__file__).with_name("rivals_air.csv")
+MODEL_TRIALS = (
+    "fast",
+    "slow",
+    "slow_no_integrator",
+    "moves",
+)  # what one pole has beside the late commands
+JOINT_COLOURS = {"1": "#0072b2", "2": "#007a5a", "4": "#d55e00"}
 TUNING = "tuning"
 TRIALS = ("fast", "slow", "slow_no_integrator", "moves", "fast_late")
 HEADS = ("fast", "slow", "slow, no integrator", "other moves, fast", "fast, 5 ms later")
@@ -160,10 +170,76 @@ def pair_text(cells: Cells, other: str, name: str, trial: str) -> str:
     return f"{text}, {wins}/{values.size}, {p:.2g}"
 
 
+def mechanisms() -> str:
+    """`best` over `off` and over `paper` by the mechanism of the muscles, and what both models leave unexplained."""
+    with UNEXPLAINED.open(encoding="utf-8", newline="") as file:
+        left = {(row["joint"], row["plant"].split("; ")[0]): row for row in csv.DictReader(file)}
+    names = ("fast", "slow", "slow, no integrator", "other moves, fast")
+    lines = head("joint, muscles", (*names, "best, paper leave unexplained"))
+    for joint in joints():
+        cells = cells_of(joint)
+        of_mechanism: dict[str, list[str]] = {}
+        for draw in draws_of(cells, "off"):
+            name = cells["off", "fast", draw]["plant"].split("; ")[0]
+            of_mechanism.setdefault(name, []).append(draw)
+        for name, chosen in of_mechanism.items():
+            texts = []
+            for trial in MODEL_TRIALS:
+                over_off = ratios_in(cells, chosen, trial, "off")
+                over_paper = ratios_in(cells, chosen, trial, "paper")
+                texts.append(f"{median(over_off):.3f}, {median(over_paper):.2f}")
+            row = left[joint, name]
+            texts.append(f"{float(row['best']):.3f}, {float(row['paper']):.3f}")
+            lines.append(f"| {joint}, {name} ({len(chosen)}) | {' | '.join(texts)} |")
+    return "\n".join(lines)
+
+
+def ratios_in(cells: Cells, chosen: list[str], trial: str, other: str) -> list[float]:
+    """Return the rms errors of `best` over those of another row, in some draws."""
+    ratios = []
+    for draw in chosen:
+        one, two = cells["best", trial, draw], cells[other, trial, draw]
+        ratios.append(float(one["rms_mdeg"]) / float(two["rms_mdeg"]))
+    return ratios
+
+
+def figure() -> Figure:
+    """Rms error over that of off: a row for each rival, a dot for each joint, a line from 10 to 90 % of the draws."""
+    drawn = Figure(figsize=(12.0, 6.6), layout="constrained")
+    panels = drawn.subplots(1, len(MODEL_TRIALS), sharey=True)
+    names = [name for name in TITLES if name != "off"]
+    places = np.arange(len(names))
+    for axes, trial, title in zip(panels, MODEL_TRIALS, HEADS, strict=False):
+        for k, joint in enumerate(joints()):
+            cells = cells_of(joint)
+            spread = np.array([quantiles(cells, name, trial) for name in names])
+            at = places + 0.24 * (k - 0.5 * (len(joints()) - 1))
+            colour = JOINT_COLOURS[joint]
+            axes.hlines(at, spread[:, 0], spread[:, 2], color=colour, lw=1.2)
+            axes.plot(spread[:, 1], at, "o", ms=4.5, color=colour, label=f"joint {joint}")
+        axes.axvline(1.0, color="#8a939e", lw=0.8)
+        axes.set_xscale("log")
+        axes.set_xlim(0.008, 4.0)
+        axes.set_title(title)
+        axes.set_xlabel("rms error over that of off")
+    panels[0].set_yticks(places, [TITLES[name].replace("**", "") for name in names])
+    panels[0].invert_yaxis()
+    panels[-1].legend(loc="lower right")
+    return drawn
+
+
+def quantiles(cells: Cells, name: str, trial: str) -> list[float]:
+    """Return 10 %, middle and 90 % of the errors over those of `off`; a lost trial counts as a very large one."""
+    values = np.minimum(ratios_to(cells, name, trial, "off"), LOST)
+    return [float(value) for value in np.quantile(values, (0.1, 0.5, 0.9))]
+
+
 def budgets() -> str:
     """What every rival took: rig, tries, numbers, processor; the setting that its tries chose."""
     lines = []
     every = rows()
+    with AIR.open(encoding="utf-8", newline="") as file:
+        litres = {(row["joint"], row["rival"]): row["air_l"] for row in csv.DictReader(file)}
     for joint in joints():
         cells = cells_of(joint)
         first = draws_of(cells, "off")[0]
@@ -172,6 +248,7 @@ def budgets() -> str:
             "rival",
             (
                 "rig, fast trial [min]",
+                "air, fast trial [l]",
                 "tries",
                 "chosen",
                 "numbers",
@@ -191,6 +268,7 @@ def budgets() -> str:
             chosen = cells[name, "fast", first]["setting"] or "-"
             texts = [
                 f"{float(row['rig_min']):.1f}",
+                digits(float(litres[joint, name])) if litres[joint, name] else "-",
                 str(len(settings) or "-"),
                 chosen,
                 row["numbers"],
@@ -214,19 +292,17 @@ def measured_row(cells: Cells, name: str) -> Row:
 
 
 def draws() -> str:
-    """What was drawn."""
-    lines = []
-    for joint in joints():
-        cells = cells_of(joint)
-        lines += head(
-            f"joint {joint}, draw",
-            ("muscles", "static map", "slipping force", "pulley", "masses", "valve delay"),
-        )
-        for draw in draws_of(cells, "off"):
-            words = cells["off", "fast", draw]["plant"].split("; ")
-            lines.append(f"| {draw} | {' | '.join(words)} |")
-        lines.append("")
-    return "\n".join(lines).rstrip()
+    """What was drawn for the first joint; the file has the others."""
+    joint = joints()[0]
+    cells = cells_of(joint)
+    lines = head(
+        f"joint {joint}, draw",
+        ("muscles", "static map", "slipping force", "pulley", "masses", "valve delay"),
+    )
+    for draw in draws_of(cells, "off"):
+        words = cells["off", "fast", draw]["plant"].split("; ")
+        lines.append(f"| {draw} | {' | '.join(words)} |")
+    return "\n".join(lines)
 
 
 def lost() -> str:
