@@ -97,12 +97,12 @@ class ValveFit:
     read_off: tuple[float, float] | None
 
 
-def turns_of(signal: Array, least: float) -> Array:
+def reversals_of(signal: Array, least: float) -> Array:
     """Return the samples at which a signal turns by more than `least`.
 
     Examples
     --------
-    >>> turns_of(np.array([0.0, 2.0, 1.5, 3.0, 0.0, 2.0]), 1.0).tolist()
+    >>> reversals_of(np.array([0.0, 2.0, 1.5, 3.0, 0.0, 2.0]), 1.0).tolist()
     [3, 4]
     """
     turns = []
@@ -154,7 +154,7 @@ class _TwoRateLog:
     def __init__(self, output: Array, answer: Array, nearest: int) -> None:
         low, high = np.percentile(output, [0.5, 99.5])
         self.swing = float(high - low)
-        turns = turns_of(output, POLICY.swing * self.swing)
+        turns = reversals_of(output, POLICY.swing * self.swing)
         self.cycles = 0.5 * max(turns.size - 1, 1)
         self.period = float(output.size)
         if turns.size > 2:

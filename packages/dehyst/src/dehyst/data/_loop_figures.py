@@ -350,9 +350,11 @@ def _completed(x: Array, y: Array) -> tuple[Array, Array]:
 
 def _estimate(chosen: Sequence[MeasuredLoop], name: str, unit: str) -> LoopEstimate:
     """Mean over loops, with the interval of their scatter, or of the noise of so few that they have none."""
-    values = np.array([getattr(loop, name) for loop in chosen])
-    errors = np.array([loop.errors[name] for loop in chosen])
+    values = _numbers(chosen, name)
     count = values.size
+    errors = np.empty(count)
+    for k, loop in enumerate(chosen):
+        errors[k] = loop.errors[name]
     # Squares of very large numbers would overflow.
     scale = max(float(np.max(np.abs(values))), TINY)
     mean = float(np.mean(values))
@@ -373,7 +375,7 @@ def _trends(chosen: Sequence[MeasuredLoop]) -> dict[str, LoopEstimate]:
     count = len(chosen)
     if count < POLICY.fewest_trend:
         return {}
-    depth = np.array([loop.depth for loop in chosen])
+    depth = _numbers(chosen, "depth")
     place = np.arange(count) - 0.5 * (count - 1)
     beside = [np.ones(count)]
     if float(np.std(depth)) > POLICY.one_depth * float(np.mean(depth)):
@@ -406,15 +408,21 @@ def _trends(chosen: Sequence[MeasuredLoop]) -> dict[str, LoopEstimate]:
 
 def _wearing(chosen: Sequence[MeasuredLoop]) -> dict[str, Array]:
     """Numbers whose change tells of wear; no gain where the output is no higher at one turn than at the other."""
-    numbers = {"width": np.array([loop.width for loop in chosen])}
+    numbers = {"width": _numbers(chosen, "width")}
     # The area of a butterfly is a difference, and may be next to nothing.
     if all(loop.wings is None for loop in chosen):
-        numbers["area"] = np.array([loop.area for loop in chosen])
+        numbers["area"] = _numbers(chosen, "area")
     gains = np.array([_gain(loop) for loop in chosen])
-    heights = np.array([(loop.output_high - loop.output_low) / loop.depth for loop in chosen])
+    heights = _numbers(chosen, "output_high") - _numbers(chosen, "output_low")
+    heights /= _numbers(chosen, "depth")
     if abs(float(np.mean(gains))) > POLICY.rises_by * float(np.mean(heights)):
         numbers["gain"] = gains
     return numbers
+
+
+def _numbers(loops: Sequence[MeasuredLoop], name: str) -> Array:
+    """One number of each loop, (n,)."""
+    return np.array([getattr(loop, name) for loop in loops])
 
 
 def _gain(loop: MeasuredLoop) -> float:

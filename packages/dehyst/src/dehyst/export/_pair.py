@@ -165,7 +165,7 @@ def write_pair(
     return tuple(sorted(content))
 
 
-def settings_of(stored: Mapping[str, Any]) -> PairSettings:
+def pair_settings(stored: Mapping[str, Any]) -> PairSettings:
     """Return the settings of a manifest."""
     limits = tuple((float(low), float(high)) for low, high in stored["limits"])
     return PairSettings(

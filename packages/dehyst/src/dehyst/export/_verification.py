@@ -33,7 +33,7 @@ from dehyst.export._folder import (
 )
 from dehyst.export._kinds import GROUP as CONTROLLER_GROUP
 from dehyst.export._kinds import controller_kind
-from dehyst.export._pair import PAIR, pair_contents, settings_of
+from dehyst.export._pair import PAIR, pair_contents, pair_settings
 from dehyst.export._signal import from_csv, same_bits
 from dehyst.export._subject import DIRECT, WHATS, Subject, subject_of
 from dehyst.export._targets import GROUP as TARGET_GROUP
@@ -323,7 +323,7 @@ def pair_again(
         model = models_kit.model_from_text(_text(content, "model.json"), str(folder / "model.json"))
         if not isinstance(model, families_kit.CoupledModel):
             raise OutputError(f"model.json holds a {model.family} model and no two inputs.")
-        return pair_contents(model, settings_of(manifest["settings"]))
+        return pair_contents(model, pair_settings(manifest["settings"]))
     except (KeyError, TypeError, ValueError) as fault:
         raise OutputError(f"its settings are none of such an export ({fault!s:.120}).") from None
 

@@ -394,19 +394,19 @@ class CorePair:
                         start="rest",
                     )
                 )
-        inputs = [model.paths[0][i].scaling for i in self.order]
-        outputs = [row[0].scaling for row in model.paths]
-        rest = [float(s.inward(model.rest[i])) for s, i in zip(inputs, self.order, strict=True)]
-        order = list(self.order)
-        self.numbers = np.array(
-            [s.center for s in inputs]
-            + [s.half_range for s in inputs]
-            + [s.level for s in outputs]
-            + [sign * s.amplitude for sign, s in zip(signs, outputs, strict=True)]
-            + rest
-            + [float(low[i]) for i in order]
-            + [float(high[i]) for i in order]
-        )
+        # The core reads them a quantity at a time, both inputs or both outputs side by side.
+        of_inputs, of_outputs = [], []
+        for i in self.order:
+            scaling = model.paths[0][i].scaling
+            rest = float(scaling.inward(model.rest[i]))
+            of_inputs.append(
+                (scaling.center, scaling.half_range, rest, float(low[i]), float(high[i]))
+            )
+        for sign, row in zip(signs, model.paths, strict=True):
+            scaling = row[0].scaling
+            of_outputs.append((scaling.level, sign * scaling.amplitude))
+        inputs, outputs = np.array(of_inputs).T, np.array(of_outputs).T
+        self.numbers = np.concatenate([*inputs[:2], *outputs, *inputs[2:]])
         self._native_sums = [_native.ElementSum(*path.tables) for path in self.sums]
         own, from_second, from_first, second_own = self._native_sums
         self._machine = _native.ElementPair(

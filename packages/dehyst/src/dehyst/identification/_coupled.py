@@ -150,10 +150,8 @@ def identify_coupled(
             f"alone and together with the others. Log longer, or pass a larger train_fraction (--train-fraction).",
             samples=sum(ends),
         )
-    u = [np.column_stack([_signal(record, name) for name in inputs]) for record in records]
-    y = [np.column_stack([_signal(record, name) for name in outputs]) for record in records]
-    fitted_u = np.concatenate([values[:end] for values, end in zip(u, ends, strict=True)])
-    fitted_y = np.concatenate([values[:end] for values, end in zip(y, ends, strict=True)])
+    u, fitted_u = _columns(records, inputs, ends)
+    y, fitted_y = _columns(records, outputs, ends)
     _check_motion(fitted_u, inputs, fitted_y, outputs)
     center, half = _middle(fitted_u)
     level, amplitude = _middle(fitted_y)
@@ -249,9 +247,7 @@ def _judged(
     ends: Sequence[int],
 ) -> CoupledFit:
     """Simulate forward and back along the records, and compare on held-out samples."""
-    ranges = np.array(
-        [robust_range([values[:, j] for values in y]) for j in range(len(model.outputs))]
-    )
+    ranges = np.array([_span(y, j) for j in range(len(model.outputs))])
     errors = []
     for rival in (model, fitted.alone, fitted.curves):
         errors.append(PERCENT * _forward_error(rival, records, u, y, ends) / ranges)
@@ -317,9 +313,26 @@ def _input_errors(
     solved = range(len(model.inputs)) if len(model.outputs) > 1 else model.own
     errors = {}
     for i in solved:
-        span = robust_range([values[:, i] for values in u])
+        span = _span(u, i)
         errors[model.inputs[i].name] = float(PERCENT * rms[i] / span)
     return errors
+
+
+def _columns(
+    records: Sequence[Recording], names: Sequence[str], ends: Sequence[int]
+) -> tuple[list[Array], Array]:
+    """Signals of each recording side by side, (T, n), and those of all fitted samples in one piece."""
+    whole, fitted = [], []
+    for record, end in zip(records, ends, strict=True):
+        values = np.column_stack([_signal(record, name) for name in names])
+        whole.append(values)
+        fitted.append(values[:end])
+    return whole, np.concatenate(fitted)
+
+
+def _span(signals: Sequence[Array], column: int) -> float:
+    """Range of one signal over all recordings."""
+    return robust_range([values[:, column] for values in signals])
 
 
 def _parts_of(
