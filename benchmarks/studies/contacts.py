@@ -26,7 +26,7 @@ BEGINS_S, ENDS_S, STOPS_S = 40.0, 120.0, 200.0  # of the contact, and of the mot
 SETTLED_S = 5.0  # after the release the error is asked for
 SPACING_S = 0.004  # at which a contact answers to the joint
 EDGE_S = 0.5  # over which a hand takes hold
-IMPEDANCE = 0.5  # d of a contact of MuJoCo, the same at every depth
+IMPEDANCE = 0.01  # d of a contact of MuJoCo: its force is that of a spring, and hardly that of a mass m d/(1 - d)
 SLOW = np.radians(0.5)  # speed at which a hand that brakes gives half of its torque, rad/s
 
 # Torque [Nm] of a contact, of the angle [rad], the speed [rad/s], and where the joint was when it began [rad].

@@ -159,11 +159,12 @@ def adaptation_of(missed: float) -> Adaptation:
 
     Examples
     --------
-    >>> adaptation_of(2.5).most_error, adaptation_of(0.1).most_error
-    (2.5, 0.5)
+    >>> adaptation_of(5.0).most_error, adaptation_of(1.3).most_error, adaptation_of(0.1).most_error
+    (2.0, 1.3, 0.5)
     """
     usual = Adaptation()
-    return replace(usual, most_error=max(usual.most_error, POLICY.own_errors * missed))
+    own = min(POLICY.own_errors * missed, POLICY.most_own_error)
+    return replace(usual, most_error=max(usual.most_error, own))
 
 
 # Of a polynomial in the controller: DEHYST_DEGREE - 1 of packages/dehyst/core/dehyst.h.
