@@ -38,7 +38,8 @@ class Adaptation:
         Smaller errors are not learned. [Nm]
     most_error
         Larger errors count as contact and are not learned until they are over, unless such errors are usual. `equip`
-        raises it to the largest torque that the model missed on loops on which nothing touched the joint. [Nm]
+        raises it to the largest torque that the model missed on loops on which nothing touched the joint, 2 Nm at
+        most. [Nm]
     contact_ratio
         An error is usual below this many times the rms of the errors over the last `memory`, without contact. 0: no
         error is usual.

@@ -69,12 +69,9 @@ class ExperimentPolicy:
     gravity_share: float = 0.5
     # A joint without muscles reaches so far if nothing else is said. [deg]
     electric_reach: float = 60.0
-    # Errors up to so many times what the model missed on loops on which nothing touched the joint are its own, and are
-    # learned; larger ones may be a contact. Of 42 trials that nothing touched 18 were flagged
-    # at the least limit, 12 with 0.5, 6 with 0.75, 2 with 1. [factor]
-    own_errors: float = 1.0
-    # But no error beyond half of the torque of a hand of 4 Nm is taken for the model's own: with pinched muscles, of
-    # which the model missed 2.7 Nm, such a hand was learned. [Nm]
+    # Errors up to what the model missed on loops on which nothing touched the joint are its own, and are learned;
+    # larger ones may be a contact. But none beyond half of the torque of a hand of 4 Nm is taken for the model's own:
+    # with pinched muscles, of which the model missed 2.7 Nm, such a hand was learned. [Nm]
     most_own_error: float = 2.0
     # A contact is told if it took more than this share of a trial ...
     touched: float = 0.01
