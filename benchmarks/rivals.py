@@ -16,7 +16,6 @@ import argparse
 import csv
 import math
 import os
-import tempfile
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -29,7 +28,8 @@ os.environ.setdefault(
 )
 
 import numpy as np
-from studies.law_study import OWN, period_cost, with_factor
+from studies.joint_models import Joint
+from studies.joint_models import prepared as prepared_joint
 from studies.learned_feedforward import (
     NETWORKS,
     PROCESSES,
@@ -37,6 +37,7 @@ from studies.learned_feedforward import (
     gaussian_process,
     recurrent_network,
 )
+from studies.reviewed_laws import OWN, period_cost, with_factor
 from studies.rival_laws import (
     INTEGRATOR,
     POSITION,
@@ -46,7 +47,6 @@ from studies.rival_laws import (
     PredictiveController,
     no_compensation,
 )
-from studies.side_by_side import Joint
 
 from dehyst.errors import DehystError
 from dehyst.models import DirectInverse
@@ -56,12 +56,11 @@ from dehyst_robot.arm._rigid_body import moment_arms
 from dehyst_robot.arm._routing import contraction
 from dehyst_robot.commands._reproduce import QUICK
 from dehyst_robot.control import InverseCompensator
-from dehyst_robot.experiments import Equipment, JointIdentification, calibrate, equip, plan_path
+from dehyst_robot.experiments import Equipment, JointIdentification, plan_path
 from dehyst_robot.experiments._gains import HOLD_S, MOVE_S, at_pole, highest_pole
-from dehyst_robot.experiments._identification import TIME, identify_compensators
+from dehyst_robot.experiments._identification import TIME
 from dehyst_robot.experiments._output import joint_figures
 from dehyst_robot.experiments._path import PlannedPath
-from dehyst_robot.experiments._recipes import recipe
 from dehyst_robot.experiments._results import BAR
 from dehyst_robot.experiments._trials import learned_trial
 
@@ -121,7 +120,7 @@ class Case:
     @property
     def log_min(self) -> float:
         """Length of the log that compensators are identified from. [min]"""
-        return float(self.joint.found["paper"].log[TIME][-1]) / 60.0
+        return float(self.joint.identified["paper"].log[TIME][-1]) / 60.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,14 +200,8 @@ def case_of(draw: int | None, number: int) -> Case:
         seed = 1 + draw
         changes, words = drawn(draw, number)
     robot = load_robot(conditions="realistic", changes={**QUICK, **changes})
-    characteristic = calibrate(robot, number, seed=seed)
-    wanted = {name: (recipe(name), characteristic) for name in NATIVE}
-    with tempfile.TemporaryDirectory() as folder:
-        identified = identify_compensators(robot, number, wanted, Path(folder), seed=seed)
-    path = plan_path(load_robot(changes=QUICK))
     moves = plan_path(load_robot(changes={**QUICK, "reference.seed": seed}))
-    joint = Joint(robot, path, number, seed, None, characteristic, identified)
-    return Case(joint, words, moves)
+    return Case(prepared_joint(robot, number, seed, NATIVE), words, moves)
 
 
 def plain(case: Case, setting: Any) -> Prepared:
@@ -229,19 +222,10 @@ def margin_min() -> float:
 
 def with_recipe(case: Case, name: str) -> Prepared:
     """A compensator of the experiment, as `dehyst reproduce` runs it."""
-    joint = case.joint
-    identified = joint.found[name]
-    equipment = equip(
-        joint.robot,
-        {joint.number: joint.characteristic},
-        {joint.number: identified},
-        joint.seed,
-        adaptive=recipe(name).adaptive,
-    )
     return Prepared(
-        equipment,
+        case.joint.equipped(name),
         rig_min=case.log_min,
-        numbers=numbers_of(identified),
+        numbers=numbers_of(case.joint.identified[name]),
         native=("paper", name),
     )
 
@@ -276,7 +260,7 @@ def observed(case: Case, setting: Any) -> Prepared:
 def adapted(case: Case, setting: Any) -> Prepared:
     """The paper's model with k = 10 bar/rad, its scale learned while it runs; the rate is tuned."""
     number = case.joint.number
-    identified = case.joint.found["scaled"]
+    identified = case.joint.identified["scaled"]
     kit = case.joint.equipped()
     parameters = kit.controllers[number]
     inverse: Any = identified.compensator
@@ -347,7 +331,7 @@ def trained(train: Callable[..., LearnedFeedforward], settings: tuple[str, ...])
     """A learned feedforward on the log that `paper` and `best` get; its features are tuned."""
 
     def prepare(case: Case, setting: Any) -> Prepared:
-        compensator = train(case.joint.found["paper"], setting)
+        compensator = train(case.joint.identified["paper"], setting)
         kit = replace(case.joint.equipped(), own={case.joint.number: compensator})
         return Prepared(kit, rig_min=case.log_min, numbers=compensator.parameters)
 
@@ -537,7 +521,7 @@ def unexplained(path: Path) -> None:
         for number in (1, 2, 4):
             for draw in range(len(MECHANISMS)):
                 case = case_of(draw, number)
-                identified = case.joint.found
+                identified = case.joint.identified
                 left = [round(identified[name].unexplained, 4) for name in ("paper", "best")]
                 writer.writerow((number, draw, case.plant, *left))
                 print(number, draw, case.plant, *left, flush=True)

@@ -26,7 +26,15 @@ from dehyst_targets.backlash import AxisReadings, lost_motion, make_table, plan_
 from dehyst_targets.batteries import fit_ocv, ocv_of
 from dehyst_targets.magnetics import core_of, fit_core
 from dehyst_targets.valves import ControlLoop, judge_valve
-from generate import bouc_wen, demo, model_figures, reviewed, rivals, speed, which_model
+from generate import (
+    bouc_wen,
+    demo,
+    families_in_controller,
+    model_figures,
+    rivals,
+    speed,
+    which_model,
+)
 from generate.joint import respond
 
 Array = npt.NDArray[np.float64]
@@ -666,7 +674,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "speed": speed_over_operators,
     "bouc-wen": bouc_wen.figure,
     "which-model": which_model.figure,
-    "reviewed-controllers": reviewed.figure,
+    "families-in-the-controller": families_in_controller.figure,
     "rivals": rivals.figure,
     "learning": learning,
 } | model_figures.figures()

@@ -389,7 +389,7 @@ def _controller(name: str) -> str:
             "",
             *_fence("bash", [f"dehyst reproduce --controller {name} --compensator paper"]),
             "",
-            "Measured beside the others: [reviewed controllers](../../explanation/reviewed-controllers.md).",
+            "Measured beside the others: [rivals](../../explanation/rivals.md).",
             "",
         ]
     )
