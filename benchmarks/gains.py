@@ -119,7 +119,7 @@ def measured(case: Case, poles: list[float], trials: list[str], once: bool) -> I
     joints = tuple(map(int, moving.split("+")))
     robot = robot_of(conditions, mechanism)
     path = plan_path(load_robot(changes=QUICK))  # the same for all
-    highest = float("nan")  # not even the paper's pole has the margins
+    highest = float("nan")  # not even the default pole has the margins
     for name, kit in equipped(robot, joints, seed).items():
         if not once or name == "off":
             try:

@@ -94,7 +94,7 @@ STILL = 0.005  # changes of the air in a muscle below this share of its mean are
 TUNING = "tuning"  # in place of a draw: the packaged realistic plant, on which settings are chosen
 NATIVE = ("paper", "best", "scaled", "maxwell-slip")
 PASSES = 4
-FACTORS = (1.0, 1.5, 2.0, 3.0, 4.0)  # of gains that are tuned: 1 is the paper's pole
+FACTORS = (1.0, 1.5, 2.0, 3.0, 4.0)  # of gains that are tuned: 1 is the default pole
 MECHANISMS = tuple(name for name in arm_kit.PLANTS if name != "none")
 MAPS = ("tool", "bench", "tondu-lopez")
 LINKS = 7

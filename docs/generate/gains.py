@@ -67,7 +67,7 @@ def over_poles() -> str:
 
 
 def of_report() -> str:
-    """The rows that the report of `dehyst reproduce` shows: the paper's pole and the highest one, as CSV."""
+    """The rows that the report of `dehyst reproduce` shows: the default pole and the highest one, as CSV."""
     lines = ["conditions,joint,pole_1_s,fast,slow,slow_no_integrator"]
     for conditions, joint, pole, top, errors, _ in _rows_over_poles():
         if pole == "highest":
@@ -108,7 +108,7 @@ def _digits(value: float) -> str:
 
 
 def ratios() -> str:
-    """Best over off at the paper's pole and at the highest, for every plant; medians over seeds, with their range."""
+    """Best over off at the default pole and at the highest, for every plant; medians over seeds, with their range."""
     cells, highest = read()
     lines = [
         "| plant | joint | muscles | seeds | highest pole: off, paper, best | at 6: fast | slow | no integrator |"

@@ -1,4 +1,4 @@
-"""What gain alone does: errors of the packaged arm at the paper's pole and at the highest that has its margins."""
+"""What gain alone does: errors of the packaged arm at the default pole and at the highest that has its margins."""
 
 from __future__ import annotations
 
