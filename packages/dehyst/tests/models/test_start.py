@@ -207,7 +207,7 @@ def test_a_direct_inverse_begins_as_its_file_says_unless_told(run, tmp_path):
     t = np.arange(200) / 50
     q = 1.0 + np.sin(3 * t)
     write_csv(tmp_path / "r.csv", {"time_s": t, "q_deg": q})
-    for start, known in ((None, True), ("unknown", False), ("rest", True), ("model", True)):
+    for start in (None, "model", "unknown", "rest", "rising", "falling"):
         _, out, err = run(
             "compensate",
             tmp_path / "d.json",
@@ -215,7 +215,8 @@ def test_a_direct_inverse_begins_as_its_file_says_unless_told(run, tmp_path):
             *(("--start", start) if start else ()),
         )
         assert err.startswith(f"start: {start or 'model'}, ")
-        np.testing.assert_allclose(answer(out), model.with_known(known).run(q, t).u, atol=1e-12)
+        past = model.past if start in (None, "model") else start
+        np.testing.assert_allclose(answer(out), model.with_past(past).run(q, t).u, atol=1e-12)
 
 
 @pytest.mark.parametrize("family", [name for name in names() if not example(name).no_inverse])

@@ -95,8 +95,8 @@ class DirectNumbers:
         Of each polynomial.
     groups
         Number of groups of terms.
-    known
-        Whether nothing is remembered at a reset.
+    past
+        What the actuator did before a reset: the number of the core's DEHYST_PAST_...
     radius, length, gain
         r of the stops, x of the path lags, 1 - exp(-T/tau) of the creep lags.
     weight
@@ -113,7 +113,7 @@ class DirectNumbers:
 
     coefficients: int
     groups: int
-    known: bool
+    past: int
     radius: Floats
     length: Floats
     gain: Floats
@@ -191,12 +191,12 @@ class DirectNumbers:
 
 def direct_numbers(parameters: tuple[Any, ...]) -> DirectNumbers:
     """Return the numbers of a direct inverse from what the core takes: ``DirectInverse.parameters(period)``."""
-    *tables, numbers, coefficients, groups, starts_known = parameters
+    *tables, numbers, coefficients, groups, past = parameters
     radius, length, gain, weight, group, source, low, high = (
         tuple(table.tolist()) for table in tables
     )
     return DirectNumbers(
-        int(coefficients), int(groups), bool(starts_known), radius, length, gain, weight, group, source, low, high,
+        int(coefficients), int(groups), int(past), radius, length, gain, weight, group, source, low, high,
         *map(float, numbers),
     )  # fmt: skip
 

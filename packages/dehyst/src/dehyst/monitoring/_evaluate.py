@@ -196,8 +196,8 @@ def evaluate(
         Limit of an offset that follows the last cycle, as a share of the output's range: outputs are scored with it.
     start
         Past of the actuator, one of `dehyst.models._start.STARTS`: "model", as the log began that it was identified
-        from, "rest", "rising", "falling", for models of plays "unknown"; or "known": the past that agrees best with the
-        first tenth of each piece, which then does not count.
+        from, "rest", "rising", "falling", "unknown"; or "known": the past that agrees best with the first tenth of each
+        piece, which then does not count.
 
     Returns
     -------
