@@ -219,6 +219,31 @@ def test_a_direct_inverse_begins_as_its_file_says_unless_told(run, tmp_path):
         np.testing.assert_allclose(answer(out), model.with_past(past).run(q, t).u, atol=1e-12)
 
 
+STARTS = ("unknown", "rest", "rising", "falling", "model")
+
+
+@pytest.mark.parametrize("kind", RUNNABLE)
+@pytest.mark.parametrize("start", STARTS)
+def test_every_start_is_taken_wherever_a_model_runs(run, tmp_path, kind, start):
+    """What `evaluate` scores is what `simulate` and `compensate` write, from each past."""
+    model, y = runnable(kind)
+    time = 0.02 * np.arange(y.size)
+    x = model.inverse().simulate(y, time)
+    path = model.save(tmp_path / "m.json")
+    names = [card.name for card in (model.card.input, model.card.output)]
+    write_csv(tmp_path / "r.csv", {"time_s": time, names[0]: x, names[1]: y})
+    scored = dehyst.evaluate(
+        model, dehyst.Recording(input=x, output=y, time=time), start=start
+    ).entries[0]
+    for command, answered in (
+        ("simulate", scored.predictions[0]), ("compensate", scored.demands[0])
+    ):  # fmt: skip
+        status, out, err = run(command, path, tmp_path / "r.csv", "--start", start)
+        assert status == 0, err
+        assert err.startswith(f"start: {start}, ")
+        np.testing.assert_allclose(answer(out), answered, atol=1e-9)
+
+
 @pytest.mark.parametrize("family", [name for name in names() if not example(name).no_inverse])
 def test_a_sum_of_unknown_past_begins_in_the_middle_of_rest_and_strokes(run, tmp_path, family):
     model = example(family)
