@@ -492,7 +492,7 @@ class Model(ABC):
         Raises
         ------
         ParameterError
-            If there is a range and memory is not bounded, or memory is of what was measured.
+            If there is a range and memory is not bounded.
 
         Examples
         --------
