@@ -85,6 +85,9 @@ def model_numbers(values: Mapping[str, Any]) -> ModelNumbers:
     )  # fmt: skip
 
 
+STROKES = (2, 3)  # DEHYST_PAST_RISING and DEHYST_PAST_FALLING
+
+
 @dataclass(frozen=True)
 class DirectNumbers:
     """``dehyst_direct``, fields named as there.
@@ -175,6 +178,14 @@ class DirectNumbers:
             "schedules": len(self.source),
             "more weights": (self.sets - 1) * self.terms,
         }
+
+    @property
+    def strokes(self) -> dict[str, int]:
+        """What the first step does beside that: it leads stops and path lags along two strokes, where it begins so."""
+        if self.past not in STROKES:
+            return {}
+        # A stop of a step is clamped twice, too; a path lag moves once.
+        return {"stops": len(self.radius), "paths": 2 * len(self.length)}
 
     @property
     def memory(self) -> int:
