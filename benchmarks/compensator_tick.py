@@ -92,7 +92,7 @@ def full(schedules: tuple[Schedule, ...]) -> DirectInverse:
         polynomial=rng.uniform(-1, 1, (sets, 6)),
         viscous=rng.uniform(0, 1, sets),
         schedules=schedules,
-        known=False,
+        past="unknown",
         card=card,
     )
 

@@ -15,8 +15,10 @@ static dehyst_learning learning;
 
 int main(void)
 {
+    dehyst_direct begun = direct;
+    begun.past = Frama_C_interval(DEHYST_PAST_UNKNOWN, DEHYST_PAST_FALLING);
     state.memory = memory;
-    dehyst_direct_reset(&direct, &state, 0);
+    dehyst_direct_reset(&begun, &state, dehyst_within(any_real(), -DEHYST_INPUT_LIMIT, DEHYST_INPUT_LIMIT));
     dehyst_learning_reset(&adaptation, &learning);
     while (Frama_C_nondet(0, 1)) {
         const dehyst_real given[DEHYST_GIVEN] = {any_real(), any_real(), any_real()};

@@ -333,6 +333,18 @@ static void elements(void) { sums(0); }
 
 static void products(void) { sums(1); }
 
+/* Resets after strokes, within the range and beyond it. */
+static void strokes(void)
+{
+    direct_parts d;
+    make_direct(&d, 1);
+    dehyst_direct_state state = {.memory = d.memory[0]};
+    for (d.direct.past = DEHYST_PAST_RISING; d.direct.past <= DEHYST_PAST_FALLING; ++d.direct.past) {
+        dehyst_direct_reset(&d.direct, &state, within(-4, 4));
+        state_in(&d.direct, &state);
+    }
+}
+
 static dehyst_joint joint_of(const dehyst_model *model, const dehyst_direct *direct)
 {
     const dehyst_joint joint = {
@@ -562,6 +574,7 @@ int main(void)
     part("stacks", stacks);
     part("blocks", blocks);
     part("directs", directs);
+    part("strokes", strokes);
     part("joints", joints);
     part("air", air);
     part("corners", corners);

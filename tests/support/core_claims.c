@@ -151,6 +151,26 @@ static void directs(void)
     dehyst_direct_state state = {.memory = memory};
     dehyst_direct_reset(&direct, &state, 0); /* what crept before may have been at the farther end */
     CLAIM(memory[0] == 0 && memory[1] == 0.5 && memory[2] == 0 && memory[3] == 3);
+    direct.past = DEHYST_PAST_REST;
+    dehyst_direct_reset(&direct, &state, 2);
+    CLAIM(state.last == 2 && memory[0] == 0 && memory[1] == 0 && memory[2] == 2 && memory[3] == 0);
+    for (int rising = 0; rising < 2; ++rising) { /* a reset after strokes is the strokes, but for what creeps */
+        const double radius[2] = {0.25, 5}, weights[5] = {1, 1, 1, 1, 0};
+        const int32_t groups[4] = {0, 0, 0, 0};
+        const double given[DEHYST_GIVEN] = {0, 0, 0};
+        double driven[6], begun[6];
+        dehyst_direct stops = {1, 2, 1, 0, 0, 1, DEHYST_PAST_REST, radius, length, NULL, weights, groups, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}, 0, -1, 3, -9, 9};
+        dehyst_direct_state one = {.memory = driven}, other = {.memory = begun};
+        dehyst_direct_reset(&stops, &one, rising ? 3 : -1);
+        dehyst_direct_step(&stops, &one, rising ? -1 : 3, 0, given);
+        dehyst_direct_step(&stops, &one, 2, 0, given);
+        stops.past = rising ? DEHYST_PAST_RISING : DEHYST_PAST_FALLING;
+        dehyst_direct_reset(&stops, &other, 2);
+        for (int i = 0; i < 6; ++i) CLAIM(driven[i] == begun[i]);
+        CLAIM(begun[0] == (rising ? 1.75 : 2.25) && begun[1] == (rising ? 3 : -1) && begun[2] == begun[0] && begun[5] == 0);
+        CLAIM(rising == (begun[4] > 0) && dehyst_direct_doubt(&stops, &other, NULL) == 0);
+    }
+    direct.past = DEHYST_PAST_UNKNOWN;
     direct.input_low = direct.input_high = 1; /* a range of one point leaves no doubt */
     dehyst_direct_reset(&direct, &state, 5);
     CLAIM(state.last == 1 && memory[2] == 1 && memory[3] == 0);

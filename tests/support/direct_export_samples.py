@@ -27,7 +27,7 @@ QUICK = Adaptation(
 
 
 def direct_model(
-    seed=0, stops=6, paths=3, creeps=2, schedules=1, known=False, coefficients=4, card=CARD
+    seed=0, stops=6, paths=3, creeps=2, schedules=1, past="unknown", coefficients=4, card=CARD
 ):
     """Return a direct inverse of a joint with random weights."""
     rng = np.random.default_rng(seed)
@@ -44,7 +44,7 @@ def direct_model(
         viscous=rng.uniform(0, 2, sets),
         center=0.02,
         schedules=chosen,
-        known=known,
+        past=past,
         card=card,
     )
 
@@ -55,7 +55,7 @@ def random_direct(rng):
         int(rng.integers(2**31)),
         *(int(rng.integers(0, most)) for most in (8, 4, 4)),
         schedules=int(rng.integers(0, 4)),
-        known=bool(rng.random() < 0.3),
+        past=str(rng.choice(["unknown", "rest", "rising", "falling"])),
         coefficients=int(rng.integers(1, 9)),
     )
 

@@ -26,7 +26,8 @@ def subjects():
     }
     directs = {
         "direct": direct_model(schedules=3), "plain": direct_model(stops=1, paths=0, creeps=1, schedules=0),
-        "known": direct_model(stops=0, paths=1, creeps=0, known=True, coefficients=1),
+        "strokes": direct_model(stops=3, paths=2, creeps=1, schedules=0, past="rising"),
+        "known": direct_model(stops=0, paths=1, creeps=0, past="rest", coefficients=1),
     }  # fmt: skip
     for real in ("double", "float"):
         given = {"real": real}

@@ -266,10 +266,10 @@ struct JointController {
     void restart(double angle, double p_1, double p_2, bool known)
     {
         if (!direct) return reset(angle, p_1, p_2);
-        const int32_t said = direct->direct.view.known;
-        direct->direct.view.known = known ? 1 : 0;
+        const int32_t said = direct->direct.view.past;
+        direct->direct.view.past = known ? DEHYST_PAST_REST : DEHYST_PAST_UNKNOWN;
         reset(angle, p_1, p_2);
-        direct->direct.view.known = said;
+        direct->direct.view.past = said;
     }
 
     // Image of the state, the core's words low byte first, with a fingerprint of all parameters.

@@ -310,12 +310,19 @@ enum { /* what a schedule follows */
     DEHYST_BY_OUTPUT = -1 /* y itself; 0, 1 or 2: the variable from outside of that number */
 };
 
+enum { /* past of a direct inverse at a reset; creep is at rest but for the first one */
+    DEHYST_PAST_UNKNOWN = 0, /* anything */
+    DEHYST_PAST_REST = 1,    /* nothing, as after a homing */
+    DEHYST_PAST_RISING = 2,  /* strokes to input_high, to input_low, and up to y */
+    DEHYST_PAST_FALLING = 3  /* strokes to input_low, to input_high, and down to y */
+};
+
 typedef struct dehyst_direct {
     int32_t coefficients;             /* of P_c, 1 .. DEHYST_DEGREE */
     int32_t stops, paths, creeps;     /* number of E, R and L */
     int32_t schedules;                /* 0 .. DEHYST_SCHEDULES */
     int32_t groups;                   /* 1 .. DEHYST_GROUPS */
-    int32_t known;                    /* 1: at a reset nothing is remembered, as after a homing; 0: anything may be */
+    int32_t past;                     /* DEHYST_PAST_...: what the actuator did before the y of a reset */
     const dehyst_real *radius;        /* (stops,) r > 0, [y] */
     const dehyst_real *length;        /* (paths,) x > 0, [y] */
     const dehyst_real *gain;          /* (creeps,) 1 - exp(-T/tau) */
@@ -344,7 +351,7 @@ typedef struct dehyst_direct_state {
 /* 1 if dehyst_accept takes all scheduling variables. */
 int dehyst_accept_given(const dehyst_real given[DEHYST_GIVEN]);
 
-/* Begin at rest at y, which must be acceptable. */
+/* Begin at y, which must be acceptable, as `past` says. */
 void dehyst_direct_reset(const dehyst_direct *direct, dehyst_direct_state *state, dehyst_real y);
 
 /* Take over all that another state of the same parameters remembers; each keeps memory of its own. */
@@ -382,7 +389,7 @@ typedef struct dehyst_direct_block_state {
     int32_t started;            /* 0 until the first good sample after the reset */
 } dehyst_direct_block_state;
 
-/* Nothing is remembered and flags are cleared; the first good sample begins at rest at its y. */
+/* Nothing is remembered and flags are cleared; the first good sample begins at its y as `past` says. */
 void dehyst_direct_block_reset(const dehyst_direct_block *block, dehyst_direct_block_state *state);
 
 /* One sample; `on` may change at any time: the output fades between that of the inverse and the line's over 1/fade

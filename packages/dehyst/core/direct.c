@@ -38,8 +38,38 @@ static dehyst_real followed(const dehyst_direct *direct, dehyst_real y)
     return dehyst_within(y, direct->input_low - width, direct->input_high + width);
 }
 
+/* A path lag and its half width after a way of y. */
+static inline void walk(dehyst_real x, dehyst_real way, dehyst_real *value, dehyst_real *doubt)
+{
+    const dehyst_real size = way < 0 ? -way : way;
+    const dehyst_real left = dehyst_decay(size / x);
+    const dehyst_real end = way < 0 ? -x : x; /* where a long way in this direction leads */
+    *value = end + left * (*value - end);
+    *doubt = left * *doubt;
+}
+
+/* Stops and path lags after strokes over the whole range, from `first` to `turn`, and from there to y. */
+static void after_strokes(const dehyst_direct *direct, dehyst_direct_state *state, dehyst_real first, dehyst_real turn,
+                          dehyst_real y)
+{
+    dehyst_real *low = state->memory;
+    dehyst_real *high = low + direct->stops;
+    dehyst_real *value = path_values(direct, state);
+    dehyst_real *doubt = value + direct->paths;
+    for (int32_t i = 0; i < direct->stops; ++i) {
+        const dehyst_real r = direct->radius[i];
+        low[i] = dehyst_within(dehyst_within(first, turn - r, turn + r), y - r, y + r);
+        high[i] = low[i];
+    }
+    for (int32_t k = 0; k < direct->paths; ++k) {
+        walk(direct->length[k], turn - first, &value[k], &doubt[k]);
+        walk(direct->length[k], y - turn, &value[k], &doubt[k]);
+    }
+}
+
 void dehyst_direct_reset(const dehyst_direct *direct, dehyst_direct_state *state, dehyst_real y)
 {
+    const int unknown = direct->past == DEHYST_PAST_UNKNOWN;
     const dehyst_real start = followed(direct, y);
     const dehyst_real above = direct->input_high - start;
     const dehyst_real below = start - direct->input_low;
@@ -50,17 +80,23 @@ void dehyst_direct_reset(const dehyst_direct *direct, dehyst_direct_state *state
     dehyst_real *path = path_values(direct, state);
     dehyst_real *lag = creep_values(direct, state);
     for (int32_t i = 0; i < direct->stops; ++i) {
-        const dehyst_real r = direct->known ? (dehyst_real)0 : direct->radius[i];
+        const dehyst_real r = unknown ? direct->radius[i] : (dehyst_real)0;
         low[i] = start - r;
         high[i] = start + r;
     }
     for (int32_t k = 0; k < direct->paths; ++k) {
         path[k] = 0;
-        path[direct->paths + k] = direct->known ? (dehyst_real)0 : direct->length[k];
+        path[direct->paths + k] = unknown ? direct->length[k] : (dehyst_real)0;
     }
     for (int32_t j = 0; j < direct->creeps; ++j) {
         lag[j] = start;
-        lag[direct->creeps + j] = direct->known ? (dehyst_real)0 : farthest;
+        lag[direct->creeps + j] = unknown ? farthest : (dehyst_real)0;
+    }
+    if (direct->past == DEHYST_PAST_RISING) {
+        after_strokes(direct, state, direct->input_high, direct->input_low, start);
+    }
+    if (direct->past == DEHYST_PAST_FALLING) {
+        after_strokes(direct, state, direct->input_low, direct->input_high, start);
     }
     state->last = start;
     state->flags = 0;
@@ -149,13 +185,8 @@ static void add_paths(const dehyst_direct *direct, dehyst_direct_state *state, c
 {
     dehyst_real *value = path_values(direct, state);
     dehyst_real *doubt = value + direct->paths;
-    const dehyst_real size = way < 0 ? -way : way;
     for (int32_t k = 0; k < direct->paths; ++k) {
-        const dehyst_real x = direct->length[k];
-        const dehyst_real left = dehyst_decay(size / x);
-        const dehyst_real end = way < 0 ? -x : x; /* where a long way in this direction leads */
-        value[k] = end + left * (value[k] - end);
-        doubt[k] = left * doubt[k];
+        walk(direct->length[k], way, &value[k], &doubt[k]);
         add(direct, state, mix, direct->coefficients + direct->stops + k, value[k], doubt[k]);
     }
 }

@@ -15,8 +15,8 @@ namespace {
 
 using Table = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
-// One direct inverse with its memory, at a fixed period. It begins at rest at the first sample that it accepts, or where
-// `reset` says.
+// One direct inverse with its memory, at a fixed period. It begins at the first sample that it accepts, or where `reset`
+// says.
 struct DirectStepper {
     Direct direct;
     bool started = false;
@@ -131,7 +131,7 @@ struct DirectStepper {
             direct.gain[j] = -std::expm1(-passed / time_constant.data()[j]);
     }
 
-    // At rest at y; what was rejected before stays known.
+    // At y; what was rejected before stays known.
     void begin(double y)
     {
         const uint32_t ever = direct.state.flags & (DEHYST_REJECTED_EVER | DEHYST_LIMITED_EVER);
@@ -179,7 +179,7 @@ struct DirectStepper {
             add(v.high[s]);
         }
         for (double value : {v.center, v.input_low, v.input_high, v.output_low, v.output_high}) add(value);
-        for (int32_t value : {v.coefficients, v.groups, v.known}) add(value);
+        for (int32_t value : {v.coefficients, v.groups, v.past}) add(value);
         return static_cast<double>(hash >> 11);
     }
 
@@ -258,7 +258,7 @@ void bind_direct(nb::module_ &m)
              "u for the next sample of y, its rate and the scheduling variables from outside.")
         .def("advance", &DirectStepper::advance, "y"_a, "rate"_a, "passed"_a, "time_constant"_a, "first"_a = 0.0,
              "second"_a = 0.0, "third"_a = 0.0, "u for the next sample, `passed` seconds after the one before.")
-        .def("reset", &DirectStepper::reset, "y"_a = 0.0, "Begin at rest at y. Without it the first accepted sample is where it begins.")
+        .def("reset", &DirectStepper::reset, "y"_a = 0.0, "Begin at y. Without it the first accepted sample is where it begins.")
         .def("save", &DirectStepper::save, "Image of the state for `restore`.")
         .def("restore", &DirectStepper::restore, "image"_a, "Continue from a saved image, to the bit.")
         .def("simulate", &DirectStepper::simulate, "y"_a, "rate"_a, "time"_a, "given"_a, "restart"_a,

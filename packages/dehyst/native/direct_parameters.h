@@ -5,7 +5,7 @@
 #include "arrays.h"
 #include "dehyst.h"
 
-// From the tuple (radius, length, gain, weight, group, source, low, high, limits, coefficients, groups, known); limits are
+// From the tuple (radius, length, gain, weight, group, source, low, high, limits, coefficients, groups, past); limits are
 // center, input low, high, output low, high. `view` is what the core reads, `state` and `memory` what it moves.
 struct Direct {
     std::vector<double> radius, length, gain, weight, memory;
@@ -19,13 +19,14 @@ struct Direct {
     {
         view.coefficients = nb::cast<int32_t>(t[9]);
         view.groups = nb::cast<int32_t>(t[10]);
-        view.known = nb::cast<bool>(t[11]) ? 1 : 0;
+        view.past = nb::cast<int32_t>(t[11]);
         view.stops = static_cast<int32_t>(radius.size());
         view.paths = static_cast<int32_t>(length.size());
         view.creeps = static_cast<int32_t>(gain.size());
         schedule(counts(t, 5), copy(array(t, 6)), copy(array(t, 7)));
         limit(copy(array(t, 8)));
         require(view.coefficients >= 1 && view.coefficients <= DEHYST_DEGREE, "1 to 8 coefficients");
+        require(view.past >= DEHYST_PAST_UNKNOWN && view.past <= DEHYST_PAST_FALLING, "no such past");
         require(view.groups >= 1 && view.groups <= DEHYST_GROUPS, "1 to 8 groups");
         const std::size_t terms = static_cast<std::size_t>(
             DEHYST_DIRECT_TERMS(view.coefficients, view.stops, view.paths, view.creeps));

@@ -17,6 +17,7 @@ from dehyst_robot.control import (
     JointController,
     JointControllerParameters,
     JointReference,
+    kit,
 )
 
 CARD = ModelCard(SignalCard("torque", "Nm", -20.0, 20.0), SignalCard("angle", "rad", -0.7, 0.7))
@@ -344,3 +345,12 @@ def test_a_state_after_an_absurd_angle_is_stored_and_restored_without_a_known_ra
         first.step(angle, 3e5, 3e5, JointReference(angle), LEARNS)
     second.restore(first.save())
     assert second.applied.tolist() == first.applied.tolist()
+
+
+@pytest.mark.parametrize(
+    ("past", "begun"),
+    [("rest", "rest"), ("unknown", "unknown"), ("rising", "unknown"), ("falling", "unknown")],
+)
+def test_strokes_of_a_log_say_nothing_about_where_a_joint_stands(past, begun):
+    last = kit.direct_parameters(MODEL.with_past(past), PERIOD)[-1]
+    assert last == MODEL.with_past(begun).parameters(PERIOD)[-1]

@@ -196,7 +196,7 @@ def test_the_middle_of_the_compensator_is_the_direct_inverse_of_the_core_with_un
         radii=compensator.thresholds[1:],
         stop_weights=-w[1:],
         polynomial=[0.0, w.sum()],
-        known=False,
+        past="unknown",
     )
     y = turning_path(np.random.default_rng(2), 60, 0.7)
     run = direct.run(y, np.arange(y.size, dtype=float))
@@ -375,7 +375,7 @@ def test_a_direct_inverse_on_the_command_line_gives_the_band_of_its_own_unknown_
         "--unknown-state",
     ]
     table = np.loadtxt(run(*line).stdout.splitlines()[1:], delimiter=",")
-    expected = model.with_known(False).run(table[:, 1], table[:, 0])
+    expected = model.with_past("unknown").run(table[:, 1], table[:, 0])
     np.testing.assert_allclose(table[:, 2], expected.u, atol=1e-12)
     np.testing.assert_allclose(table[:, 4] - table[:, 3], 2 * expected.doubt, atol=1e-12)
     assert table[0, 5] == 0.0

@@ -27,7 +27,7 @@ from export_samples import make_check, needs_make
 TOLD = JointControllerParameters()
 CASES = {
     "scheduled": {},
-    "plain, after a homing": {"schedules": 0, "known": True},
+    "plain, after a homing": {"schedules": 0, "past": "rest"},
     "by three variables": {"schedules": 3},
     "stops only": {"paths": 0, "creeps": 0, "schedules": 0},
     "a polynomial only": {"stops": 0, "paths": 0, "creeps": 0},

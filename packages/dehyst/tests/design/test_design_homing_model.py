@@ -48,7 +48,7 @@ def test_afterwards_the_doubt_of_the_compiled_model_is_the_guaranteed_half_width
         model, LIMITS, tolerance=tolerance, low=-1.0, high=1.0, start=start, spent=spent
     )
     time, y, _ = samples(homing)
-    unknown = model.with_known(False).run(y, time)
+    unknown = model.with_past("unknown").run(y, time)
     assert homing.half_width <= tolerance * (1 + 1e-9)
     assert unknown.doubt[-1] == pytest.approx(homing.half_width, abs=1e-3)
     if spent:

@@ -99,6 +99,25 @@ def test_compiled_sources_have_the_bits_of_the_twin(seed, tmp_path):
 
 
 @WITH_C
+@pytest.mark.parametrize("past", ["unknown", "rest", "rising", "falling"])
+def test_block_stepper_compensate_and_compiled_sources_begin_alike_to_the_bit(past, tmp_path):
+    model = direct_model(past=past, schedules=0)
+    y = 0.3 * np.sin(np.arange(50) / 5.0 + 1.0)
+    # What the block is told is the rate that is taken from the samples.
+    rate = np.gradient(y, PERIOD)
+    rate[[0, -1]] = np.diff(y)[[0, -1]] / PERIOD
+    inputs, on = np.column_stack([y, rate]), np.ones(50, bool)
+    u, _ = of_the_twin(Block(model, period=PERIOD), inputs, on)
+    compiled_u, _ = compiled(subject_of(model, name="unit", period=PERIOD), tmp_path)(inputs, on)
+    assert compiled_u.tobytes() == u.tobytes()
+    core = model.core_stepper(PERIOD)
+    assert [core(*row) for row in inputs] == u.tolist()
+    time = PERIOD * np.arange(50)
+    np.testing.assert_allclose(model.inverse().simulate(y, time), u, atol=1e-9)
+    assert model.inverse().stepper(PERIOD)(y[0]) == model.core_stepper(PERIOD)(y[0], 0.0)
+
+
+@WITH_C
 @pytest.mark.parametrize("seed", range(3))
 def test_in_float_answers_are_within_a_hundred_thousandth_of_the_range(seed, tmp_path):
     rng = np.random.default_rng(seed)
@@ -175,7 +194,13 @@ def test_an_export_is_verified_and_an_edited_one_is_not(target, real, tmp_path):
 @pytest.mark.slow
 @needs_make
 @pytest.mark.parametrize(
-    "model", [direct_model(schedules=3), direct_model(stops=2, paths=0, creeps=0, known=True)]
+    "model",
+    [
+        direct_model(schedules=3),
+        direct_model(stops=2, paths=0, creeps=0, past="rest"),
+        direct_model(schedules=0, past="rising"),
+        direct_model(schedules=0, past="falling"),
+    ],
 )
 @pytest.mark.parametrize(
     ("target", "real"),

@@ -395,7 +395,10 @@ def test_an_unknown_past_is_not_taken_for_rest():
     late = log(t[begin:], y[begin:], u[begin:])
     fit = dehyst.identify(late, "direct-inverse", creep=0)
     assert fit.settings["start"] != "rest"
-    assert not fit.model.known
+    assert fit.model.past == fit.settings["start"]
+    # The model begins as its own log did.
+    error = np.sqrt(np.mean((fit.model.run(late.output, late.time).u - late.input) ** 2))
+    assert 100.0 * error / np.ptp(late.input) < 0.5
     assert fit.input_train.rms_percent < 0.5
     assert (
         dehyst.identify(late, "direct-inverse", creep=0, initial_state="rest").train.rmse

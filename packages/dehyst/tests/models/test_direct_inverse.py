@@ -1,8 +1,10 @@
 """The direct inverse: its definition by independent oracles, bounds for an unknown past, monotone in y, scales."""
 
+import dataclasses
+
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dehyst import _native
@@ -19,7 +21,7 @@ from dehyst.models import (
 CARD = ModelCard(SignalCard("u", "", -5.0, 5.0), SignalCard("y", "", -1.0, 1.0))
 
 
-def random_model(seed, schedules=(), known=True):
+def random_model(seed, schedules=(), past="rest"):
     rng = np.random.default_rng(seed)
     sets = max(1, 2 * len(schedules))
     return DirectInverse(
@@ -33,7 +35,7 @@ def random_model(seed, schedules=(), known=True):
         viscous=rng.uniform(0, 1, sets),
         center=0.1,
         schedules=schedules,
-        known=known,
+        past=past,
     )
 
 
@@ -146,7 +148,7 @@ def test_the_truth_lies_within_the_doubt_whatever_the_past_was(seed):
     past, y = np.clip(past, -1, 1), np.clip(y - y[0] + past[-1], -1, 1)
     time = np.concatenate([t_past, t_past[-1] + t])
     truth = model.run(np.concatenate([past, y]), time).u[300:]
-    run = model.with_known(False).run(y, time[300:])
+    run = model.with_past("unknown").run(y, time[300:])
     rate = model.viscous.max() * np.abs(
         central(np.concatenate([past, y]), time)[300:] - central(y, time[300:])
     )
@@ -157,15 +159,60 @@ def test_the_truth_lies_within_the_doubt_whatever_the_past_was(seed):
 
 
 def test_after_a_stroke_over_twice_the_largest_radius_no_stop_is_in_doubt():
-    model = DirectInverse(radii=[0.1, 0.5], stop_weights=[1.0, 2.0], known=False)
+    model = DirectInverse(radii=[0.1, 0.5], stop_weights=[1.0, 2.0], past="unknown")
     y = np.linspace(0.0, 1.0, 101)
     run = model.run(y, np.arange(101.0))
     assert run.doubt[0] == 0.1 + 2 * 0.5
     assert run.doubt[-1] == 0.0
 
 
+STROKES = {"rising": (1.0, -1.0), "falling": (-1.0, 1.0)}
+
+
+@given(
+    seed=st.integers(0, 10_000), start=st.sampled_from(list(STROKES)), first=st.floats(-2.5, 2.5)
+)
+@settings(max_examples=100, deadline=None)
+def test_a_model_begun_after_strokes_remembers_what_the_strokes_leave_to_the_bit(
+    seed, start, first
+):
+    """The oracle makes the strokes; a period of 1e9 s lets what creeps settle where they end."""
+    model = random_model(seed).with_card(CARD)
+    driven, begun = (each.core_stepper(1e9) for each in (model, model.with_past(start)))
+    high_or_low, turn = STROKES[start]
+    driven.reset(high_or_low)
+    for y in (turn, first):
+        driven(y)
+    assert begun(first) == driven(first)
+    assert begun.memory.tolist() == driven.memory.tolist()
+    assert begun.doubt == 0.0
+
+
+@given(
+    seed=st.integers(0, 10_000), start=st.sampled_from(list(STROKES)), first=st.floats(-0.9, 0.9)
+)
+@settings(max_examples=30, deadline=None)
+def test_both_directions_begin_after_the_same_strokes(seed, start, first):
+    """The forward model solves, along other code, for the output that its inverse asked that input for."""
+    rising = start == "rising"
+    model = random_model(seed).with_card(ModelCard(SignalCard("u", "", -99.0, 99.0), CARD.output))
+    # The rate is the difference from the sample before there, and that of both neighbours here.
+    model = dataclasses.replace(model, polynomial=[0.0, 1.0], viscous=[0.0])
+    y = first + (1.0 - abs(first)) * np.sin(np.arange(60) / 9.0)
+    time = np.arange(60.0)
+    u = model.inverse().after_strokes(y[0], rising).simulate(y, time)
+    answered = model.after_strokes(u[0], rising).simulate(u, time)
+    np.testing.assert_allclose(answered, y, atol=1e-6)
+    assert np.abs(model.at_rest(u[0]).simulate(u, time) - y).max() > 1e-3
+
+
+def test_a_past_that_there_is_not_is_refused():
+    with pytest.raises(ParameterError, match="unknown, rest, rising, falling"):
+        random_model(0, past="homed")
+
+
 def test_an_unknown_past_starts_without_any_hysteresis_in_the_answer():
-    model = random_model(1, known=False)
+    model = random_model(1, past="unknown")
     assert np.abs(model.run([0.3], [0.0]).parts[0, :2]).max() < 1e-15
 
 
@@ -239,7 +286,7 @@ def test_a_stepper_begins_at_rest_at_the_first_sample_it_accepts_wherever_that_i
 
 
 def test_a_stepper_goes_on_from_an_image_to_the_bit_and_refuses_those_of_others():
-    model = random_model(6, known=False)
+    model = random_model(6, past="unknown")
     y, _ = walk(8)
     step, other = model.core_stepper(1e-3), model.core_stepper(1e-3)
     for x in y[:200]:

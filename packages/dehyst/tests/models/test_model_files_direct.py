@@ -30,9 +30,10 @@ MODEL = DirectInverse(
     viscous=[0.0, 0.1, 0.2, 0.0],
     center=0.1,
     schedules=(Schedule("output", -10.0, 10.0), Schedule("load", 0.0, 50.0, "N")),
-    known=False,
+    past="unknown",
     card=CARD,
 )
+PASTS = ("unknown", "rest", "rising", "falling")
 number = st.floats(-1e100, 1e100) | st.sampled_from([0.0, -0.0, 5e-324, 1e-300])
 weight = st.floats(0.0, 1e100)
 
@@ -48,10 +49,10 @@ def same(a, b):
         "polynomial",
     )
     arrays = all(getattr(a, n).tobytes() == getattr(b, n).tobytes() for n in (*names, "viscous"))
-    return arrays and (a.center, a.schedules, a.known, a.card) == (
+    return arrays and (a.center, a.schedules, a.past, a.card) == (
         b.center,
         b.schedules,
-        b.known,
+        b.past,
         b.card,
     )
 
@@ -68,7 +69,7 @@ def models(draw):
     curve = [[draw(number) for _ in range(3)] for _ in range(sets)]
     return DirectInverse(
         scales[0], tables[0], scales[1], tables[1], scales[2], tables[2], curve, [draw(weight) for _ in range(sets)],
-        draw(number), schedules, draw(st.booleans()), CARD,
+        draw(number), schedules, draw(st.sampled_from(PASTS)), CARD,
     )  # fmt: skip
 
 
@@ -80,6 +81,15 @@ def test_a_direct_inverse_comes_back_bit_for_bit(tmp_path, model):
     again = dehyst.load(model.save(tmp_path / "m.json"))
     assert same(again, model)
     assert same(model_from_dict(json.loads(json.dumps(model_to_dict(model)))), model)
+
+
+@pytest.mark.parametrize(("known", "past"), [(True, "rest"), (False, "unknown")])
+def test_a_file_from_before_pasts_had_names_begins_as_it_did(tmp_path, known, past):
+    content = model_to_dict(MODEL)
+    del content["parameters"]["past"]
+    content["parameters"]["known"] = known
+    (tmp_path / "m.json").write_text(signed(content), encoding="utf-8")
+    assert dehyst.load(tmp_path / "m.json").past == past
 
 
 def places(value, path=()):

@@ -207,7 +207,7 @@ def test_a_direct_inverse_begins_as_its_file_says_unless_told(run, tmp_path):
     t = np.arange(200) / 50
     q = 1.0 + np.sin(3 * t)
     write_csv(tmp_path / "r.csv", {"time_s": t, "q_deg": q})
-    for start, known in ((None, True), ("unknown", False), ("rest", True), ("model", True)):
+    for start in (None, "model", "unknown", "rest", "rising", "falling"):
         _, out, err = run(
             "compensate",
             tmp_path / "d.json",
@@ -215,7 +215,33 @@ def test_a_direct_inverse_begins_as_its_file_says_unless_told(run, tmp_path):
             *(("--start", start) if start else ()),
         )
         assert err.startswith(f"start: {start or 'model'}, ")
-        np.testing.assert_allclose(answer(out), model.with_known(known).run(q, t).u, atol=1e-12)
+        past = model.past if start in (None, "model") else start
+        np.testing.assert_allclose(answer(out), model.with_past(past).run(q, t).u, atol=1e-12)
+
+
+STARTS = ("unknown", "rest", "rising", "falling", "model")
+
+
+@pytest.mark.parametrize("kind", RUNNABLE)
+@pytest.mark.parametrize("start", STARTS)
+def test_every_start_is_taken_wherever_a_model_runs(run, tmp_path, kind, start):
+    """What `evaluate` scores is what `simulate` and `compensate` write, from each past."""
+    model, y = runnable(kind)
+    time = 0.02 * np.arange(y.size)
+    x = model.inverse().simulate(y, time)
+    path = model.save(tmp_path / "m.json")
+    names = [card.name for card in (model.card.input, model.card.output)]
+    write_csv(tmp_path / "r.csv", {"time_s": time, names[0]: x, names[1]: y})
+    scored = dehyst.evaluate(
+        model, dehyst.Recording(input=x, output=y, time=time), start=start
+    ).entries[0]
+    for command, answered in (
+        ("simulate", scored.predictions[0]), ("compensate", scored.demands[0])
+    ):  # fmt: skip
+        status, out, err = run(command, path, tmp_path / "r.csv", "--start", start)
+        assert status == 0, err
+        assert err.startswith(f"start: {start}, ")
+        np.testing.assert_allclose(answer(out), answered, atol=1e-9)
 
 
 @pytest.mark.parametrize("family", [name for name in names() if not example(name).no_inverse])

@@ -88,8 +88,14 @@ def in_si(model: DirectInverse) -> DirectInverse:
 
 
 def direct_parameters(model: DirectInverse, period: float) -> tuple[Any, ...]:
-    """Return the parameters of the core's joint: the model in SI, its schedules in the order of `GIVEN`."""
-    return in_si(model).parameters(period, GIVEN, LARGEST)
+    """Return the parameters of the core's joint: the model in SI, its schedules in the order of `GIVEN`.
+
+    A joint that is not at rest may come from anywhere: the strokes of a log say nothing about it.
+    """
+    si = in_si(model)
+    if si.past != "rest":
+        si = si.with_past(models_kit.UNKNOWN)
+    return si.parameters(period, GIVEN, LARGEST)
 
 
 def _times(value: float | None, factor: float) -> float | None:

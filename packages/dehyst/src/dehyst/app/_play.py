@@ -189,8 +189,6 @@ def _played(
         columns = {_column(card, prefix): answer}
         if model.direction == "inverse" and np.any(band.half_width > 0.0):
             columns[_column(card, "doubt")] = band.half_width
-    if not note and start == models_kit.MODEL and model.core == "direct":
-        note = f"a direct inverse remembers no past of its log: {models_kit.ABOUT['rest']}"
     # Where the output falls with the input, a rising output is a falling input.
     moved = {"rising": "rose", "falling": "fell"}
     if start in moved:

@@ -109,6 +109,9 @@ def _instructions(subject: Subject) -> dict[str, dict[str, float]]:
     counts = {**counts, "tunable": int(subject.tunable)}
     # At worst both limits were tuned and are taken through the map behind.
     most = {**counts, "maps": counts.get("maps", 0) + 2 * (_back(subject) is not None)}
+    if subject.direct:
+        for part, count in subject.direct.strokes.items():
+            most[part] += count
     instructions = {}
     for name, entry in _measured().get("targets", {}).items():
         costs = entry.get(kind, {}).get(subject.real)

@@ -85,6 +85,9 @@ def model_numbers(values: Mapping[str, Any]) -> ModelNumbers:
     )  # fmt: skip
 
 
+STROKES = (2, 3)  # DEHYST_PAST_RISING and DEHYST_PAST_FALLING
+
+
 @dataclass(frozen=True)
 class DirectNumbers:
     """``dehyst_direct``, fields named as there.
@@ -95,8 +98,8 @@ class DirectNumbers:
         Of each polynomial.
     groups
         Number of groups of terms.
-    known
-        Whether nothing is remembered at a reset.
+    past
+        What the actuator did before a reset: the number of the core's DEHYST_PAST_...
     radius, length, gain
         r of the stops, x of the path lags, 1 - exp(-T/tau) of the creep lags.
     weight
@@ -113,7 +116,7 @@ class DirectNumbers:
 
     coefficients: int
     groups: int
-    known: bool
+    past: int
     radius: Floats
     length: Floats
     gain: Floats
@@ -177,6 +180,14 @@ class DirectNumbers:
         }
 
     @property
+    def strokes(self) -> dict[str, int]:
+        """What the first step does beside that: it leads stops and path lags along two strokes, where it begins so."""
+        if self.past not in STROKES:
+            return {}
+        # A stop of a step is clamped twice, too; a path lag moves once.
+        return {"stops": len(self.radius), "paths": 2 * len(self.length)}
+
+    @property
     def memory(self) -> int:
         """Reals that a state remembers, two of each."""
         return 2 * self.parts
@@ -191,12 +202,12 @@ class DirectNumbers:
 
 def direct_numbers(parameters: tuple[Any, ...]) -> DirectNumbers:
     """Return the numbers of a direct inverse from what the core takes: ``DirectInverse.parameters(period)``."""
-    *tables, numbers, coefficients, groups, starts_known = parameters
+    *tables, numbers, coefficients, groups, past = parameters
     radius, length, gain, weight, group, source, low, high = (
         tuple(table.tolist()) for table in tables
     )
     return DirectNumbers(
-        int(coefficients), int(groups), bool(starts_known), radius, length, gain, weight, group, source, low, high,
+        int(coefficients), int(groups), int(past), radius, length, gain, weight, group, source, low, high,
         *map(float, numbers),
     )  # fmt: skip
 

@@ -248,6 +248,10 @@ class CoupledModel(Model):
             "a model of several inputs rests at one value of each: model.rested((a, b))."
         )
 
+    def after_strokes(self, first: float, rising: bool) -> Self:
+        """Refuse: there are several first inputs; see `rested`."""
+        return self.at_rest(first)
+
     def rested(self, inputs: Sequence[float]) -> Self:
         """Return the same model at rest at other inputs, (n,). [input]"""
         if len(inputs) != len(self.inputs):

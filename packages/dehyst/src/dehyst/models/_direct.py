@@ -27,6 +27,7 @@ from dehyst.models._follow import direct_machine, follow
 from dehyst.models._machine import Direction, Machine
 from dehyst.models._model import Band, Inverted, Model, Steps, WeightTable
 from dehyst.models._policy import POLICY
+from dehyst.models._start import FALLING, REST, RISING, UNKNOWN
 from dehyst.units import MASS_FACTORS
 
 NONE = np.zeros(0)
@@ -34,6 +35,8 @@ NONE = np.zeros(0)
 BOUNDLESS = 1e14
 GROUPS: tuple[str, ...] = ("short", "long", "creep", "viscous")
 OUTPUT = "output"
+# Pasts in the order of the core's DEHYST_PAST_...
+DIRECT_PASTS = (UNKNOWN, REST, RISING, FALLING)
 
 
 @dataclass(frozen=True)
@@ -150,16 +153,17 @@ class DirectInverse(Model):
         c_0. [y]
     schedules
         At most three.
-    known
-        Whether the actuator is at rest after a homing at the first sample: nothing is remembered then. Else any past is
-        possible: a stop answers in the middle of what it may be, 0 at first.
+    past
+        What the actuator did before the first sample. "rest": nothing, as after a homing. "rising" or "falling":
+        strokes over the whole identified range of y, the last one rising, or falling, to that sample. "unknown":
+        anything; a stop answers in the middle of what it may be, 0 at first. Creep has settled at the first sample.
     card
         Signals: ``card.input`` is u, ``card.output`` is y, as the actuator has them.
 
     Raises
     ------
     ParameterError
-        If shapes do not fit, a weight is negative, or a number is not finite.
+        If shapes do not fit, a weight is negative, a number is not finite, or there is no such past.
 
     Examples
     --------
@@ -180,7 +184,7 @@ class DirectInverse(Model):
     viscous: Array = field(default_factory=_none)
     center: float = 0.0
     schedules: tuple[Schedule, ...] = ()
-    known: bool = True
+    past: str = REST
     card: ModelCard = NO_CARD
     family: ClassVar[str] = "direct-inverse"
     direction = "inverse"
@@ -191,6 +195,10 @@ class DirectInverse(Model):
     def __post_init__(self) -> None:
         put = object.__setattr__
         put(self, "schedules", tuple(self.schedules))
+        if self.past not in DIRECT_PASTS:
+            raise ParameterError(
+                f"past = {self.past!r:.40} is not one of {', '.join(DIRECT_PASTS)}."
+            )
         _check_schedules(self.schedules)
         for name in ("radii", "path_lengths", "time_constants"):
             put(self, name, _scale(getattr(self, name), name))
@@ -320,13 +328,26 @@ class DirectInverse(Model):
         terms = f"{self.radii.size} stops, {self.path_lengths.size} path lags, {self.time_constants.size} creep lags"
         return f"<DirectInverse: {terms}, {self.card.output!s} -> {self.card.input!s}>"
 
-    def with_known(self, known: bool) -> Self:
-        """Return the same model that begins after a homing, or with any past."""
-        return replace(self, known=known)
+    def with_past(self, past: str) -> Self:
+        """Return the same model with another past before its first sample: "unknown", "rest", "rising" or "falling"."""
+        return replace(self, past=past)
 
     def at_rest(self, first: float) -> Self:
         """Return the same model that begins after a homing, wherever that left it."""
-        return self.with_known(True)
+        return self.with_past(REST)
+
+    def after_strokes(self, first: float, rising: bool) -> Self:
+        """Return the same model after strokes over its whole range; its input rises with its output.
+
+        Examples
+        --------
+        >>> card = ModelCard(SignalCard("u"), SignalCard("y", low=-3.0, high=3.0))
+        >>> model = DirectInverse(radii=[0.5], stop_weights=[2.0], polynomial=[0.0, 1.0], card=card)
+        >>> risen = model.after_strokes(1.0, rising=True)
+        >>> risen.inverse().simulate([1.0]).tolist(), risen.simulate([2.0]).round(9).tolist()
+        ([2.0], [1.0])
+        """
+        return self.with_past(RISING if rising else FALLING)
 
     def pruned(self) -> Self:
         """Return the same function without terms of zero weight."""
@@ -428,7 +449,7 @@ class DirectInverse(Model):
             "viscous": self.viscous.tolist(),
             "center": self.center,
             "schedules": [asdict(schedule) for schedule in self.schedules],
-            "known": self.known,
+            "past": self.past,
         }
 
     @property
@@ -481,7 +502,7 @@ class DirectInverse(Model):
                       *_range(self.card.input.low, self.card.input.high, 1.0, boundless)]),
             self.polynomial.shape[1],
             len(GROUPS),
-            bool(self.known),
+            DIRECT_PASTS.index(self.past),
         )  # fmt: skip
 
     def machine(
@@ -505,10 +526,10 @@ class DirectInverse(Model):
         `first`, `second` and `third` are the scheduling variables from outside in the order of `outside`. `inverse` has
         the step of every model, which takes the rate from the samples.
 
-        It begins at rest at the first sample that it accepts, as `run` does; ``step.reset(y)`` begins at rest at
-        y. A sample that is not finite is rejected: the last answer is held and nothing moves, `step.rejected` says so,
-        and `step.rejected_ever` that there was one. `step.save()` returns the state, ``step.restore(image)`` goes on
-        from it, to the bit; images of another model or another period are refused.
+        It begins at the first sample that it accepts, with the past of the model, as `run` does; ``step.reset(y)``
+        begins at y. A sample that is not finite is rejected: the last answer is held and nothing moves, `step.rejected`
+        says so, and `step.rejected_ever` that there was one. `step.save()` returns the state, ``step.restore(image)``
+        goes on from it, to the bit; images of another model or another period are refused.
 
         Examples
         --------
@@ -557,8 +578,7 @@ class DirectInverse(Model):
         if not u.size:
             return NONE
         stamps = self._stamps(time, u.size)
-        start = "rest" if self.known else "unknown"
-        return follow(self, u, stamps, scheduling, start).y
+        return follow(self, u, stamps, scheduling, self.past).y
 
     def lost(self, y: Array) -> int:
         """Return at how many samples of a simulated output (T,) none within reach needs the input.
@@ -577,25 +597,6 @@ class DirectInverse(Model):
             return 0
         reach = POLICY.followed_beyond * (high - low)
         return int(np.count_nonzero((y <= low - reach) | (y >= high + reach)))
-
-    def band(
-        self,
-        x: npt.ArrayLike,
-        time: npt.ArrayLike | None = None,
-        past: tuple[float, float] | None = None,
-        **signals: npt.ArrayLike,
-    ) -> Band:
-        """Refuse: what is bounded is the input that an output needs.
-
-        Raises
-        ------
-        ParameterError
-            Always.
-        """
-        raise ParameterError(
-            "--unknown-state and --start unknown give the band of what is computed, and a direct inverse computes the "
-            "input: use them with `dehyst compensate` (model.inverse().band), or leave them out."
-        )
 
     def compensator(self) -> Self:
         """Return itself: the controller runs what was identified."""
@@ -629,7 +630,7 @@ class DirectInverse(Model):
         given: Mapping[str, npt.ArrayLike] | None = None,
         restart: npt.ArrayLike | None = None,
     ) -> DirectRun:
-        """Return u along an output signal, beginning at rest at its first sample, with doubt and parts.
+        """Return u along an output signal, beginning at its first sample with the model's past, with doubt and parts.
 
         Parameters
         ----------
@@ -750,7 +751,7 @@ class DirectDemand(Inverted[DirectInverse]):
                 "--past does not go with a direct inverse, whose stops begin with any past. Leave it out: the band is "
                 "the wider one."
             )
-        run = DirectDemand(self.of.with_known(False))._run(x, time, signals)
+        run = DirectDemand(self.of.with_past(UNKNOWN))._run(x, time, signals)
         # The doubt never grows; the largest one stands for a memory of which nothing is known.
         certainty = 1.0 - run.doubt / max(float(run.doubt.max(initial=0.0)), 1e-300)
         return Band(run.u, run.u - run.doubt, run.u + run.doubt, run.doubt, certainty)

@@ -383,18 +383,9 @@ class Model(ABC):
     def at_rest(self, first: float) -> Self:
         """Return the same model as if it had been at rest at a first input since ever."""
 
+    @abstractmethod
     def after_strokes(self, first: float, rising: bool) -> Self:
-        """Return the same model after strokes over its whole range, the last one rising, or falling, to a first input.
-
-        Raises
-        ------
-        ParameterError
-            If its memory cannot be had.
-        """
-        raise ParameterError(
-            f"--start rising and --start falling are not for this {self.family} model, whose memory is of what was "
-            f"measured. Choose --start unknown, rest or model."
-        )
+        """Return the same model after strokes over its whole range, the last one rising or falling to a first input."""
 
     def moved(
         self, x: npt.ArrayLike, time: npt.ArrayLike | None = None, **signals: npt.ArrayLike
@@ -501,7 +492,7 @@ class Model(ABC):
         Raises
         ------
         ParameterError
-            If there is a range and memory is not bounded, or memory is of what was measured.
+            If there is a range and memory is not bounded.
 
         Examples
         --------

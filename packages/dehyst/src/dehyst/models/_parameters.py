@@ -13,6 +13,7 @@ from dehyst.models._model import Model
 from dehyst.models._monotone import ModifiedPrandtlIshlinskii, MonotoneMap, StaticCurve
 from dehyst.models._prandtl_ishlinskii import PrandtlIshlinskii, StopOperatorModel
 from dehyst.models._sheared import ShearedPrandtlIshlinskii
+from dehyst.models._start import REST, UNKNOWN
 from dehyst.models._storage import Json, json_number
 
 MOST_SCHEDULES = 3
@@ -68,8 +69,8 @@ def _read_direct(p: Json) -> DirectInverse:
     listed = p["schedules"]
     # Checked before anything is built: a hostile file may list a million schedules.
     short = isinstance(listed, list) and len(listed) <= MOST_SCHEDULES
-    if not short or not isinstance(p["known"], bool):
-        raise ParameterError("schedules are not a short list, or known is neither true nor false.")
+    if not short:
+        raise ParameterError("schedules are not a short list.")
     schedules = tuple(_read_schedule(entry) for entry in listed)
     sets = max(1, 2 * len(schedules))
     return DirectInverse(
@@ -83,8 +84,17 @@ def _read_direct(p: Json) -> DirectInverse:
         viscous=np.array(_numbers(p["viscous"], "viscous"), dtype=np.float64),
         center=json_number(p["center"], "center"),
         schedules=schedules,
-        known=p["known"],
+        past=_read_past(p),
     )
+
+
+def _read_past(p: Json) -> Any:
+    """The past of a direct inverse; files that were written before pasts had names say whether it was at rest."""
+    if "past" in p or "known" not in p:
+        return p["past"]
+    if not isinstance(p["known"], bool):
+        raise ParameterError("known is neither true nor false.")
+    return REST if p["known"] else UNKNOWN
 
 
 def _read_schedule(entry: Any) -> Schedule:

@@ -196,8 +196,8 @@ def evaluate(
         Limit of an offset that follows the last cycle, as a share of the output's range: outputs are scored with it.
     start
         Past of the actuator, one of `dehyst.models._start.STARTS`: "model", as the log began that it was identified
-        from, "rest", "rising", "falling", for models of plays "unknown"; or "known": the past that agrees best with the
-        first tenth of each piece, which then does not count.
+        from, "rest", "rising", "falling", "unknown"; or "known": the past that agrees best with the first tenth of each
+        piece, which then does not count.
 
     Returns
     -------
@@ -226,13 +226,8 @@ def evaluate(
     records = tuple(mended(counted_once(record)) for record in records)
     low, high = range_over(_inputs(records))
     # Samples before the input was at both ends tell more of the past than of the model.
-    part, assumed = _counting(
-        records,
-        low,
-        high,
-        models_kit.check_start(start, (models_kit.KNOWN,)),
-        tuple(named.values()),
-    )
+    models_kit.check_start(start, (models_kit.KNOWN,))
+    part, assumed = _counting(records, low, high, start)
     log = _Log(records, part, follow_offset, start)
     entries = [_scored(name, model, log) for name, model in named.items()]
     entries.sort(key=lambda entry: rank(entry.error_percent))
@@ -267,7 +262,7 @@ def _named(models: Model | Sequence[Model] | Mapping[str, Model]) -> dict[str, M
 
 
 def _counting(
-    records: tuple[Recording, ...], low: float, high: float, start: str, models: Sequence[Model]
+    records: tuple[Recording, ...], low: float, high: float, start: str
 ) -> tuple[identification_kit.Part, list[Finding]]:
     """Samples that count: those after both ends were visited, where that leaves half of the log, and not left out.
 
@@ -298,7 +293,7 @@ def _counting(
     part = identification_kit.Part(tuple(map(tuple, known_spans)), tuple(weights))
     if not assumed:
         return part, []
-    return part, [_start_counts(low, high, start, _other_pasts(records, start, models))]
+    return part, [_start_counts(low, high, start)]
 
 
 def _telling(piece: slice) -> int:
@@ -307,38 +302,15 @@ def _telling(piece: slice) -> int:
     return max(1, round(LIMITS.telling * size))
 
 
-def _other_pasts(records: Sequence[Recording], start: str, models: Sequence[Model]) -> list[str]:
-    """Pasts that every model can begin with, other than the one that was taken."""
-    first = float(records[0].input[0])
-    pasts = []
-    for past in models_kit.PASTS:
-        if past != start and _all_take(models, past, first):
-            pasts.append(past)
-    return pasts
-
-
-def _start_counts(low: float, high: float, start: str, pasts: Sequence[str]) -> Finding:
+def _start_counts(low: float, high: float, start: str) -> Finding:
     """Say that all of the log counts, so that the past of the actuator is part of the error."""
-    cure = "Log"
-    if pasts:
-        options = " or ".join(f"--start {past}" for past in pasts)
-        cure = f"If you know it, name it: {options}. Otherwise log"
+    options = " or ".join(f"--start {past}" for past in models_kit.PASTS if past != start)
     return Finding(
         "start-counts",
         f"the log goes over the whole range of its input, {low:.4g} to {high:.4g}, late or never: all of it "
-        f"counts, and what a model errs by may be the past, which was taken to be as --start {start} says. {cure} "
-        f"a stroke over the whole range first.",
+        f"counts, and what a model errs by may be the past, which was taken to be as --start {start} says. If you "
+        f"know it, name it: {options}. Otherwise log a stroke over the whole range first.",
     )
-
-
-def _all_take(models: Sequence[Model], start: str, first: float) -> bool:
-    """Whether every model accepts this start state: some models have fewer start states than others."""
-    try:
-        for model in models:
-            models_kit.begun(model, start, first)
-    except DehystError:
-        return False
-    return True
 
 
 def _about(records: tuple[Recording, ...]) -> list[Finding]:

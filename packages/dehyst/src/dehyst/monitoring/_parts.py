@@ -154,7 +154,7 @@ def _direct(model: DirectInverse, record: Recording) -> Prediction:
     time = record.time
     if time is None:
         time = np.arange(len(record), dtype=np.float64)
-    ran = model.with_known(False).run(
+    ran = model.with_past(models_kit.UNKNOWN).run(
         record.output, time, given=record.signals(model.needs), restart=restart
     )
     creep, viscous = ran.parts[:, CREEPING].copy(), ran.parts[:, VISCID].copy()

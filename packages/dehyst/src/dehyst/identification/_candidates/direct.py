@@ -77,7 +77,7 @@ def build_direct(
         viscous=tables["viscous"][:, 0] * slope,
         center=data.center,
         schedules=tuple(schedules),
-        known=shape.start == "rest",
+        past=shape.start,
         card=card,
     ).pruned()
 
