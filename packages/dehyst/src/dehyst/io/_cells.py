@@ -173,6 +173,11 @@ def is_date_time(cell: str) -> bool:
     return any(pattern.fullmatch(text) for pattern in _STAMPS)
 
 
+def are_dates(filled: Sequence[str]) -> bool:
+    """Whether most of some cells, none of them empty, are dates or times of day."""
+    return sum(map(is_date_time, filled)) > 0.5 * len(filled)
+
+
 def parse_numbers(cells: Sequence[str], decimal_comma: bool) -> tuple[Array, int]:
     """Numbers of a column, NaN where there are none, and how many cells held text instead."""
     joined = "".join(cells)
@@ -200,6 +205,20 @@ def parse_date_times(cells: Sequence[str], order: str | None = None) -> Array:
     """
     order = order or date_order(cells)[0]
     return np.array([_seconds(cell, order) for cell in cells], dtype=np.float64)
+
+
+def seconds_of_dates(cells: Sequence[str], name: str, findings: list[Finding]) -> tuple[Array, str]:
+    """Seconds of a column of dates, and whether the day or the month comes first; an assumption is a finding."""
+    order, assumed = date_order(cells)
+    if assumed:
+        findings.append(
+            Finding(
+                "date-order",
+                f"dates in column '{name}', such as {cells[0].strip()}, were read with the {order} first; nothing in "
+                f"the log tells. If that is wrong, log dates as 2024-05-01 12:00:00.",
+            )
+        )
+    return parse_date_times(cells, order), order
 
 
 def date_order(cells: Sequence[str]) -> tuple[str, bool]:

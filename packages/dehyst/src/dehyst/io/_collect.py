@@ -15,8 +15,10 @@ import numpy.typing as npt
 from dehyst.arrays import Array, Rows
 from dehyst.errors import LogError
 from dehyst.findings import Finding
+from dehyst.io._cells import are_dates, parse_date_times, seconds_of_dates
 from dehyst.io._clocks import TIME_WORDS, is_clock
 from dehyst.io._foreign import Result, guard
+from dehyst.io._plain import PROBE
 from dehyst.io._table import LogTable, require_columns
 from dehyst.shell import visible
 from dehyst.units import TABLE, canonical, parse_unit, words
@@ -44,6 +46,7 @@ class Collector:
     units: dict[str, str] = field(default_factory=dict)
     clocks: dict[str, str] = field(default_factory=dict)
     stamps: set[str] = field(default_factory=set)
+    date_orders: dict[str, str] = field(default_factory=dict)  # of texts: "day" or "month" first
     scalars: dict[str, float] = field(default_factory=dict)
     refused: dict[str, str] = field(default_factory=dict)
     findings: list[Finding] = field(default_factory=list)
@@ -110,7 +113,8 @@ class Collector:
         return name
 
     def table(self) -> LogTable:
-        """Find the clocks of structs, make time from a sampling time, and build the table."""
+        """Read dates, find the clocks of structs, make time from a sampling time, and build the table."""
+        self._read_dates()
         self._sibling_clocks()
         self._time_from_step()
         longest = max((column.size for column in self.columns.values()), default=0)
@@ -130,6 +134,17 @@ class Collector:
                 findings=tuple(self.findings),
             )
         )
+
+    def _read_dates(self) -> None:
+        """Texts that are dates or times of day become seconds, as in a CSV file."""
+        for name, texts in list(self.labels.items()):
+            if name in self.columns or not are_dates(texts[texts != ""][:PROBE].tolist()):
+                continue
+            seconds, order = seconds_of_dates(texts.tolist(), name, self.findings)
+            self.columns[name], self.units[name] = seconds, "s"
+            self.stamps.add(name)
+            self.date_orders[name] = order
+            del self.labels[name]
 
     def _sibling_clocks(self) -> None:
         """A field called time in a struct is the clock of the fields beside and below it."""
@@ -235,16 +250,19 @@ class Source:
     lengths: Mapping[
         str, int
     ]  # column -> its samples, where the file tells; others are on other clocks
+    date_orders: Mapping[str, str]  # column of dates that are texts -> "day" or "month" first
 
     def __init__(self, path: Path, title: str) -> None:
         self.path, self.size, self.title = path, path.stat().st_size, title
-        self.lengths = {}
+        self.lengths, self.date_orders = {}, {}
         self.table = self._head()
 
     def _head(self) -> LogTable:
         collector = Collector(self.path.name)
         self._guard(lambda: self.collect(collector))
-        return collector.table()
+        table = collector.table()
+        self.date_orders = collector.date_orders
+        return table
 
     def _guard(self, read: Callable[[], Result]) -> Result:
         return guard(self.path.name, self.title, self.size, read)
@@ -260,6 +278,9 @@ class Source:
             file = self._guard(lambda: self.opened(stack, names))
             for begin, end in even_parts(count, rows):
                 columns = self._guard(partial(self.part, file, names, begin, end))
+                for k, name in enumerate(names):
+                    if name in self.date_orders:
+                        columns[k] = parse_date_times(columns[k].tolist(), self.date_orders[name])
                 number = np.arange(begin + 1, end + 1, dtype=np.int64)
                 yield FilePiece(columns, number, self.size * end // count)
 

@@ -20,6 +20,7 @@ from dehyst.errors import LogError
 from dehyst.findings import Finding
 from dehyst.io._cells import (
     Marks,
+    are_dates,
     cell_number,
     date_order,
     is_data,
@@ -28,6 +29,7 @@ from dehyst.io._cells import (
     marks_of,
     parse_date_times,
     parse_numbers,
+    seconds_of_dates,
     separator_of,
     text_refusal,
     thousands_finding,
@@ -142,7 +144,7 @@ def _quick(text: Text, layout: TableLayout, findings: list[Finding]) -> tuple[Co
         if not plain.letters[j]:
             content.numbers[j] = column  # type: ignore[assignment]
         elif is_date_time(str(column[0])):
-            content.numbers[j] = _dates(column.tolist(), layout, j, findings)
+            content.numbers[j] = seconds_of_dates(column.tolist(), _name(layout, j), findings)[0]
             content.stamps.add(j)
         else:
             content.labels[j] = column  # type: ignore[assignment]
@@ -250,8 +252,8 @@ def _careful(
                 _warn_decimal_comma(column, name, findings)
             if bad > POLICY.text_most * len(filled):
                 content.refused.setdefault(j, text_refusal(name, log, column, rows))
-        elif sum(map(is_date_time, filled[:PROBE])) > 0.5 * len(filled[:PROBE]):
-            content.numbers[j] = _dates(column, layout, j, findings)
+        elif are_dates(filled[:PROBE]):
+            content.numbers[j] = seconds_of_dates(column, _name(layout, j), findings)[0]
             content.stamps.add(j)
         else:
             content.labels[j] = np.array([cell[:200] for cell in column], dtype=np.str_)
@@ -307,20 +309,6 @@ def _name(layout: TableLayout, j: int) -> str:
     if layout.names:
         return visible(layout.names[j])
     return f"column_{j + 1}"
-
-
-def _dates(column: Sequence[str], layout: TableLayout, j: int, findings: list[Finding]) -> Array:
-    """Seconds of a column of dates, and what had to be assumed."""
-    order, assumed = date_order(column)
-    if assumed:
-        findings.append(
-            Finding(
-                "date-order",
-                f"dates in column '{_name(layout, j)}', such as {column[0].strip()}, were read with the {order} first; "
-                f"nothing in the log tells. If that is wrong, log dates as 2024-05-01 12:00:00.",
-            )
-        )
-    return parse_date_times(column)
 
 
 def _warn_decimal_comma(column: Sequence[str], name: str, findings: list[Finding]) -> None:

@@ -40,8 +40,8 @@ TAR_MARK = 257  # where a tar archive names its format
 class Format:
     """A row of `FORMATS`.
 
-    `module`, a module in ``dehyst.io``, is imported when it is needed. It has ``fill(found, data, path)``, which adds
-    what a file holds to a `Collector`; and, where long logs are read in parts, the `Source` that `parts` names.
+    `module`, a module in ``dehyst.io``, is imported when it is needed. It has ``fill(collector, data, path)``, which
+    adds what a file holds to a `Collector`; and, where long logs are read in parts, the `Source` that `parts` names.
     """
 
     title: str  # in messages
