@@ -6,6 +6,7 @@ import itertools
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy.typing as npt
 
 from dehyst.arrays import Array, Rows
 from dehyst.data._plotted import Plotted
+from dehyst.data._ranges import range_of
 from dehyst.errors import MissingExtraError, ParameterError, RecordingError
 from dehyst.findings import Finding
 
@@ -112,6 +114,16 @@ class Recording(Plotted):
     left_out: tuple[int, ...] = ()
     schedules: Mapping[str, Array] = field(default_factory=dict)
     schedule_units: Mapping[str, str] = field(default_factory=dict)
+
+    @cached_property
+    def input_range(self) -> tuple[float, float]:
+        """Least and largest input. [input_unit]"""
+        return range_of(self.input)
+
+    @cached_property
+    def output_range(self) -> tuple[float, float]:
+        """Least and largest output. [output_unit]"""
+        return range_of(self.output)
 
     def __post_init__(self) -> None:
         put = object.__setattr__  # frozen: normalise once, here

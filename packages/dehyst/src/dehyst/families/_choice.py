@@ -234,6 +234,8 @@ def best_sum(
             "no sum of elements could be fitted; take a smaller family, such as pi."
         )
     best, made = _fitted(ordered, workshops, firm, most)
+    for workshop in workshops.values():
+        workshop.let_go()
     of_its_name = [row for row in sums if row.name == best.sum.name]
     if len(of_its_name) < len(sums):
         # Fitted once more by its name, so that the person who names this row gets the same model.
@@ -368,6 +370,16 @@ class RowBank:
     places: Numbers
 
 
+@dataclass(frozen=True, eq=False)
+class _Whole:
+    """Columns of some groups at all rows of a training, and their sums by whether there is a map."""
+
+    groups: tuple[str, ...]
+    columns: Columns
+    bank: RowBank
+    sums: dict[bool, Sums]
+
+
 class Workshop:
     """Columns and sums of one direction, and what they predict."""
 
@@ -384,6 +396,7 @@ class Workshop:
         self._programs: dict[tuple[tuple[str, ...], bool], tuple[Program, Marks | None]] = {}
         self._scores: dict[tuple[tuple[str, ...], bool, RampRegularisation], float] = {}
         self._models: dict[tuple[ScoredSum, bool, int | None], Made] = {}
+        self._whole: _Whole | None = None
 
     def candidate(self, row: Sum, mapped: bool, regularisation: RampRegularisation) -> ScoredSum:
         """Score a sum, once; the score is infinite if the sum has no solution."""
@@ -478,9 +491,12 @@ class Workshop:
 
     def _fitted(self, chosen: ScoredSum, firm: bool) -> tuple[Columns, Weights, Array]:
         """Return columns, weights and lower bounds of a candidate that is fitted to all rows."""
-        columns = self.columns.take(self.columns.of(chosen.sum.groups))
-        bank = self._bank(columns, self.start, whole=True)
-        sums = self._sums(columns, bank, PIECES if chosen.mapped else 1, _undivided(bank))
+        whole = self._whole_of(chosen.sum.groups)
+        columns, bank = whole.columns, whole.bank
+        sums = whole.sums.get(chosen.mapped)
+        if sums is None:
+            sums = self._sums(columns, bank, PIECES if chosen.mapped else 1, _undivided(bank))
+            whole.sums[chosen.mapped] = sums
         program = Program(sums, np.arange(columns.cell.size), chosen.mapped)
         # Each fit begins with the weights that carried in the one before.
         _, warm = self._program(chosen.sum.groups, chosen.mapped)
@@ -505,6 +521,18 @@ class Workshop:
                 break
             weights, least = firmer, firmer_least
         return columns, weights, least
+
+    def _whole_of(self, groups: tuple[str, ...]) -> _Whole:
+        """Return the columns of some groups at all rows: the last ones again, if they are of the same groups."""
+        if self._whole is None or self._whole.groups != groups:
+            self._whole = None  # before the next ones need as much memory
+            columns = self.columns.take(self.columns.of(groups))
+            self._whole = _Whole(groups, columns, self._bank(columns, self.start, whole=True), {})
+        return self._whole
+
+    def let_go(self) -> None:
+        """Drop what only fits to all rows need; it is large."""
+        self._whole = None
 
     def _reduced(
         self,

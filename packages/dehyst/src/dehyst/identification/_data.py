@@ -103,6 +103,18 @@ def outputs_of(records: Sequence[Recording]) -> list[Array]:
     return [record.output for record in records]
 
 
+def input_range(records: Sequence[Recording]) -> tuple[float, float]:
+    """Return the least and the largest input of recordings."""
+    ranges = [record.input_range for record in records]
+    return min(low for low, _ in ranges), max(high for _, high in ranges)
+
+
+def output_range(records: Sequence[Recording]) -> tuple[float, float]:
+    """Return the least and the largest output of recordings."""
+    ranges = [record.output_range for record in records]
+    return min(low for low, _ in ranges), max(high for _, high in ranges)
+
+
 def all_timed(records: Sequence[Recording]) -> bool:
     """Whether all recordings have time stamps."""
     return all(record.time is not None for record in records)

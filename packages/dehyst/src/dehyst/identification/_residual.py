@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,8 +13,8 @@ import numpy as np
 import dehyst._native as _native
 from dehyst.arrays import Array, Mask, Rows
 from dehyst.data import POLICY as DATA_POLICY
-from dehyst.data import Recording, range_over, turning_points
-from dehyst.identification._data import all_timed, inputs_of
+from dehyst.data import Recording, turning_points
+from dehyst.identification._data import all_timed, input_range
 from dehyst.identification._facts import spread
 from dehyst.identification._policy import POLICY
 from dehyst.identification._threads import single_blas
@@ -336,7 +337,11 @@ class _MemorySpan:
         self, time: Array, x: Array, f: Array, e: Array, counted: Rows, width: float
     ) -> None:
         self.time, self.x, self.f, self.e, self.counted, self.width = time, x, f, e, counted, width
-        self.turns = turning_points(x, DATA_POLICY.turn_fraction * width)
+
+    @cached_property
+    def turns(self) -> Rows:
+        """Where the input turned; a peak in a spectrum does not ask."""
+        return turning_points(self.x, DATA_POLICY.turn_fraction * self.width)
 
     def rows(self, most: int) -> Rows:
         """Counted samples, or so many that stand for them."""
@@ -401,7 +406,7 @@ class _MemorySpan:
 def _spans(
     recordings: Sequence[Recording], predictions: Sequence[Array], masks: Sequence[Mask]
 ) -> list[_MemorySpan]:
-    low, high = range_over(inputs_of(recordings))
+    low, high = input_range(recordings)
     timed = all_timed(recordings)
     spans = []
     for recording, f, mask in zip(recordings, predictions, masks, strict=True):
