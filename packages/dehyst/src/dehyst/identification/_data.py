@@ -6,6 +6,8 @@ import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -86,6 +88,11 @@ class DataSet:
     trend: int  # +1 for curves that rise, -1 for curves that fall
     # Range of the output over all samples (`dehyst.data._ranges`), the unit of rmse_percent. [output]
     output_range: float
+
+    @cached_property
+    def short_signals(self) -> dict[tuple[str, int], Any]:
+        """Short signals that stand for the fitted samples (`_short_signal.py`), by start state and size."""
+        return {}
 
     @property
     def weighted(self) -> bool:

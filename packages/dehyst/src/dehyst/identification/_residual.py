@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +12,7 @@ import numpy as np
 import dehyst._native as _native
 from dehyst.arrays import Array, Mask, Rows
 from dehyst.data import POLICY as DATA_POLICY
-from dehyst.data import Recording, turning_points
+from dehyst.data import Recording
 from dehyst.identification._data import all_timed, input_range
 from dehyst.identification._facts import spread
 from dehyst.identification._policy import POLICY
@@ -334,14 +333,10 @@ class _MemorySpan:
     """Samples with continuous memory; those counted say what is left, the others where the input turned."""
 
     def __init__(
-        self, time: Array, x: Array, f: Array, e: Array, counted: Rows, width: float
+        self, time: Array, x: Array, f: Array, e: Array, counted: Rows, turns: Rows, width: float
     ) -> None:
-        self.time, self.x, self.f, self.e, self.counted, self.width = time, x, f, e, counted, width
-
-    @cached_property
-    def turns(self) -> Rows:
-        """Where the input turned; a peak in a spectrum does not ask."""
-        return turning_points(self.x, DATA_POLICY.turn_fraction * self.width)
+        self.time, self.x, self.f, self.e, self.counted = time, x, f, e, counted
+        self.turns, self.width = turns, width
 
     def rows(self, most: int) -> Rows:
         """Counted samples, or so many that stand for them."""
@@ -419,7 +414,8 @@ def _spans(
             if counted.size > 1:
                 x = recording.input[piece]
                 e = recording.output[piece] - f[piece]
-                spans.append(_MemorySpan(time[piece], x, f[piece], e, counted, high - low))
+                turns = recording.turns(piece, DATA_POLICY.turn_fraction * (high - low))
+                spans.append(_MemorySpan(time[piece], x, f[piece], e, counted, turns, high - low))
     return spans
 
 
