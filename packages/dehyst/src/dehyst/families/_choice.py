@@ -370,16 +370,6 @@ class RowBank:
     places: Numbers
 
 
-@dataclass(frozen=True, eq=False)
-class _Whole:
-    """Columns of some groups at all rows of a training, and their sums by whether there is a map."""
-
-    groups: tuple[str, ...]
-    columns: Columns
-    bank: RowBank
-    sums: dict[bool, Sums]
-
-
 class Workshop:
     """Columns and sums of one direction, and what they predict."""
 
@@ -396,7 +386,7 @@ class Workshop:
         self._programs: dict[tuple[tuple[str, ...], bool], tuple[Program, Marks | None]] = {}
         self._scores: dict[tuple[tuple[str, ...], bool, RampRegularisation], float] = {}
         self._models: dict[tuple[ScoredSum, bool, int | None], Made] = {}
-        self._whole: _Whole | None = None
+        self._whole: tuple[tuple[str, ...], Columns, RowBank] | None = None
 
     def candidate(self, row: Sum, mapped: bool, regularisation: RampRegularisation) -> ScoredSum:
         """Score a sum, once; the score is infinite if the sum has no solution."""
@@ -491,12 +481,8 @@ class Workshop:
 
     def _fitted(self, chosen: ScoredSum, firm: bool) -> tuple[Columns, Weights, Array]:
         """Return columns, weights and lower bounds of a candidate that is fitted to all rows."""
-        whole = self._whole_of(chosen.sum.groups)
-        columns, bank = whole.columns, whole.bank
-        sums = whole.sums.get(chosen.mapped)
-        if sums is None:
-            sums = self._sums(columns, bank, PIECES if chosen.mapped else 1, _undivided(bank))
-            whole.sums[chosen.mapped] = sums
+        columns, bank = self._whole_of(chosen.sum.groups)
+        sums = self._sums(columns, bank, PIECES if chosen.mapped else 1, _undivided(bank))
         program = Program(sums, np.arange(columns.cell.size), chosen.mapped)
         # Each fit begins with the weights that carried in the one before.
         _, warm = self._program(chosen.sum.groups, chosen.mapped)
@@ -522,13 +508,13 @@ class Workshop:
             weights, least = firmer, firmer_least
         return columns, weights, least
 
-    def _whole_of(self, groups: tuple[str, ...]) -> _Whole:
+    def _whole_of(self, groups: tuple[str, ...]) -> tuple[Columns, RowBank]:
         """Return the columns of some groups at all rows: the last ones again, if they are of the same groups."""
-        if self._whole is None or self._whole.groups != groups:
+        if self._whole is None or self._whole[0] != groups:
             self._whole = None  # before the next ones need as much memory
             columns = self.columns.take(self.columns.of(groups))
-            self._whole = _Whole(groups, columns, self._bank(columns, self.start, whole=True), {})
-        return self._whole
+            self._whole = groups, columns, self._bank(columns, self.start, whole=True)
+        return self._whole[1:]
 
     def let_go(self) -> None:
         """Drop what only fits to all rows need; it is large."""
