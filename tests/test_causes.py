@@ -60,7 +60,7 @@ def test_a_zero_and_a_gain_that_drift_do_so_in_the_middle_of_the_range_and_an_er
     wander = np.linspace(0.0, 0.3, x.size)
 
     def certain(residual):
-        change, error = facts.residual_drift(x, residual + 0.01 * rng.standard_normal(x.size))
+        change, error = facts.Cycles(x).drift(residual + 0.01 * rng.standard_normal(x.size))
         return abs(change) > 3.0 * error and abs(change) > 0.05
 
     assert certain(wander) and certain(wander * (1.5 + x))

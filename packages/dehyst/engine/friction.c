@@ -11,9 +11,9 @@ static const double fine = 0.2;     /* step times steepness of Runge-Kutta: erro
 static const double beyond = 1e9; /* steepness of a state that grows without limit */
 static const double settled = 1e-5; /* dz/dx over its value at z = 0 near its limit: its square is left out */
 
-static double psi_of(const double *element, double dx, double z, double x)
+static int phase_of(double dx, double z, double x)
 {
-    return element[2 + (dx > 0.0 ? 4 : 0) + (z > 0.0 ? 2 : 0) + (x > 0.0 ? 1 : 0)];
+    return (dx > 0.0 ? 4 : 0) + (z > 0.0 ? 2 : 0) + (x > 0.0 ? 1 : 0);
 }
 
 /* Power 1, one sign of z throughout except that it may end at zero: how far of dx was gone is left in *gone. */
@@ -79,14 +79,30 @@ static double mean_rate(double slope, double n, double psi, double z, double fir
     return 35.0 * k1 / 384.0 + 500.0 * k3 / 1113.0 + 125.0 * k4 / 192.0 - 2187.0 * k5 / 6784.0 + 11.0 * k6 / 84.0;
 }
 
-/* Any power: Runge-Kutta along dx, ended where z passes zero. */
-static double stepped(double slope, double n, double psi, double z, double dx, double *gone)
+/* What every step from a state needs: |z|^n, of elements with n other than 1. */
+typedef struct departure {
+    double z, power;
+} departure;
+
+static departure from_state(const double *element, double z)
 {
-    /* No state of this phase is steeper than its limit, where dz/dx = 0, or where it stands. */
-    const double limit = psi != 0.0 ? n * slope / pow(slope / fabs(psi), 1.0 / n) : 0.0;
+    const departure from = {z, element[1] == 1.0 ? fabs(z) : power_of(fabs(z), element[1])};
+    return from;
+}
+
+/* Steepness of a phase at its limit, where dz/dx = 0; no state of the phase is steeper, but for where it stands. */
+static double steepness_of(double slope, double n, double psi)
+{
+    return psi != 0.0 ? n * slope / pow(slope / fabs(psi), 1.0 / n) : 0.0;
+}
+
+/* Any power: Runge-Kutta along dx, ended where z passes zero. */
+static double stepped(double slope, double n, double psi, double limit, const departure *from, double z, double dx,
+                      double *gone)
+{
     double left = dx;
     for (int k = 0; k < MOST_STEPS && left != 0.0; ++k) {
-        const double first = rate_of(slope, n, psi, z);
+        const double first = z == from->z ? slope - psi * from->power : rate_of(slope, n, psi, z);
         const double steep = fmax(limit, z != 0.0 ? n * fabs(slope - first) / fabs(z) : 0.0);
         if (!(steep < beyond) || isinf(z)) { /* it hardens: the state has gone to infinity within this move */
             z = copysign(HUGE_VAL, z);
@@ -111,29 +127,43 @@ static double stepped(double slope, double n, double psi, double z, double dx, d
 }
 
 /* From x0 to x1, between which x does not change its sign. */
-static double one_side(const double *element, double x0, double z, double x1)
+static double one_side(const double *element, const double *limit, const departure *from, double x0, double z,
+                       double x1)
 {
     const double x = 0.5 * (x0 + x1), whole = x1 - x0, n = element[1];
     double left = whole;
     for (int part = 0; part < 4 && left != 0.0; ++part) {
-        const double psi = psi_of(element, whole, z == 0.0 ? whole : z, x); /* from zero it moves along with x */
+        const int phase = phase_of(whole, z == 0.0 ? whole : z, x); /* from zero it moves along with x */
+        const double psi = element[2 + phase];
         double gone = left;
-        z = n == 1.0 ? exact(element[0], psi, z, left, &gone) : stepped(element[0], n, psi, z, left, &gone);
+        z = n == 1.0 ? exact(element[0], psi, z, left, &gone)
+                     : stepped(element[0], n, psi, limit[phase], from, z, left, &gone);
         left = gone == left ? 0.0 : left - gone;
     }
     return z;
 }
 
-double engine_friction_step(const double *element, double x0, double z, double x1)
+/* The state of an element at x1, for z at x0. */
+static double moved(const double *element, const double *limit, const departure *from, double x0, double x1)
 {
+    double z = from->z;
     if (x0 == x1) {
         return z;
     }
     if ((x0 < 0.0 && x1 > 0.0) || (x0 > 0.0 && x1 < 0.0)) {
-        z = one_side(element, x0, z, 0.0);
+        z = one_side(element, limit, from, x0, z, 0.0);
         x0 = 0.0;
     }
-    return one_side(element, x0, z, x1);
+    return one_side(element, limit, from, x0, z, x1);
+}
+
+void engine_friction_limits(int32_t elements, const double *element, double *limit)
+{
+    for (int32_t i = 0; i < elements; ++i, element += ENGINE_FRICTION) {
+        for (int phase = 0; phase < ENGINE_PHASES; ++phase) {
+            *limit++ = steepness_of(element[0], element[1], element[2 + phase]);
+        }
+    }
 }
 
 void engine_bank_run(const engine_bank *bank, int64_t samples, const double *x, double *memory, double *y, double *z)
@@ -142,8 +172,12 @@ void engine_bank_run(const engine_bank *bank, int64_t samples, const double *x, 
     for (int64_t t = 0, left = ENGINE_BETWEEN; t < samples && !engine_stops(&left, 20 + 100 * bank->elements); ++t) {
         double sum = engine_curve(bank->coefficients, bank->curve, x[t]);
         for (int32_t i = 0; i < bank->elements; ++i) {
+            const double *element = bank->element + ENGINE_FRICTION * i;
             double *state = &memory[1 + i];
-            *state = engine_friction_step(bank->element + ENGINE_FRICTION * i, before, *state, x[t]);
+            if (x[t] != before) {
+                const departure from = from_state(element, *state);
+                *state = moved(element, bank->limit + ENGINE_PHASES * i, &from, before, x[t]);
+            }
             sum += bank->weight[i] * *state;
         }
         if (z) {
@@ -157,30 +191,37 @@ void engine_bank_run(const engine_bank *bank, int64_t samples, const double *x, 
 
 typedef struct wish {
     const engine_bank *bank;
-    const double *memory;
+    const double *memory, *power; /* x and z before; |z|^n */
     double y;
 } wish;
+
+static double state_at(const wish *w, int32_t i, double x)
+{
+    const departure from = {w->memory[1 + i], w->power[i]};
+    return moved(w->bank->element + ENGINE_FRICTION * i, w->bank->limit + ENGINE_PHASES * i, &from, w->memory[0], x);
+}
 
 static double miss(const void *context, double x)
 {
     const wish *w = (const wish *)context;
     double sum = engine_curve(w->bank->coefficients, w->bank->curve, x);
     for (int32_t i = 0; i < w->bank->elements; ++i) {
-        sum += w->bank->weight[i] *
-               engine_friction_step(w->bank->element + ENGINE_FRICTION * i, w->memory[0], w->memory[1 + i], x);
+        sum += w->bank->weight[i] * state_at(w, i, x);
     }
     return sum - w->y;
 }
 
 void engine_bank_invert(const engine_bank *bank, int64_t samples, const double *y, double farthest, double *memory,
-                        double *x)
+                        double *power, double *x)
 {
     for (int64_t t = 0, left = ENGINE_BETWEEN; t < samples && !engine_stops(&left, 500 + 2000 * bank->elements); ++t) {
-        const wish w = {bank, memory, y[t]};
+        const wish w = {bank, memory, power, y[t]};
+        for (int32_t i = 0; i < bank->elements; ++i) {
+            power[i] = from_state(bank->element + ENGINE_FRICTION * i, memory[1 + i]).power;
+        }
         const double found = engine_root(miss, &w, memory[0], farthest);
         for (int32_t i = 0; i < bank->elements; ++i) {
-            memory[1 + i] =
-                engine_friction_step(bank->element + ENGINE_FRICTION * i, memory[0], memory[1 + i], found);
+            memory[1 + i] = state_at(&w, i, found);
         }
         memory[0] = x[t] = found;
     }

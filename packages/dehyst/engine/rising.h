@@ -12,7 +12,7 @@ extern "C" {
 typedef double (*engine_rising)(const void *context, double x);
 
 /* The x at which f is zero, from a guess; the nearest end of +-farthest where there is none. The first bracket is as wide
- * as f at the guess asks for, f being scaled. Then regula falsi with halving (Illinois), to the last bits of x. */
+ * as f at the guess asks for, f being scaled. Then inverse quadratic interpolation, to the last bits of x. */
 double engine_root(engine_rising f, const void *context, double guess, double farthest);
 
 /* c[0] + c[1] x + ... of `size` coefficients within [-1, 1], beyond it straight on along the tangent. */

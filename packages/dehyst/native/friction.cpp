@@ -6,17 +6,28 @@
 #include "lugre.h"
 #include "stoppable.h"
 
-static engine_bank bank_of(const In &curve, const In &element, const In &weight, const In &memory)
+static std::vector<double> limits_of(const In &element)
+{
+    require(element.size() % ENGINE_FRICTION == 0, "an element has 10 numbers");
+    const std::size_t elements = element.size() / ENGINE_FRICTION;
+    std::vector<double> limit(ENGINE_PHASES * elements);
+    engine_friction_limits(static_cast<int32_t>(elements), element.data(), limit.data());
+    return limit;
+}
+
+static engine_bank bank_of(const In &curve, const In &element, const In &weight, const In &memory,
+                           const std::vector<double> &limit)
 {
     require(element.size() == ENGINE_FRICTION * weight.size() && memory.size() == weight.size() + 1 && curve.size() > 0,
             "an element has 10 numbers, the memory one more than there are elements");
     return {static_cast<int32_t>(curve.size()), static_cast<int32_t>(weight.size()), curve.data(), element.data(),
-            weight.data()};
+            weight.data(), limit.data()};
 }
 
 static nb::tuple bank_run(const In &x, const In &curve, const In &element, const In &weight, const In &memory)
 {
-    const engine_bank bank = bank_of(curve, element, weight, memory);
+    const std::vector<double> limit = limits_of(element);
+    const engine_bank bank = bank_of(curve, element, weight, memory, limit);
     std::vector<double> y(x.size()), after = copy(memory);
     {
         nb::gil_scoped_release released;
@@ -29,8 +40,10 @@ static nb::tuple bank_run(const In &x, const In &curve, const In &element, const
 static Matrix bank_states(const In &x, const In &element, const In &memory)
 {
     const std::vector<double> curve(1, 0.0), weight(memory.size() > 0 ? memory.size() - 1 : 0, 0.0);
+    const std::vector<double> limit = limits_of(element);
     require(element.size() == ENGINE_FRICTION * weight.size() && memory.size() > 0, "an element has 10 numbers");
-    const engine_bank bank = {1, static_cast<int32_t>(weight.size()), curve.data(), element.data(), weight.data()};
+    const engine_bank bank = {1, static_cast<int32_t>(weight.size()), curve.data(), element.data(), weight.data(),
+                              limit.data()};
     std::vector<double> y(x.size()), after = copy(memory);
     Buffer z(x.size() * weight.size());
     {
@@ -44,11 +57,13 @@ static Matrix bank_states(const In &x, const In &element, const In &memory)
 static nb::tuple bank_invert(const In &y, double farthest, const In &curve, const In &element, const In &weight,
                              const In &memory)
 {
-    const engine_bank bank = bank_of(curve, element, weight, memory);
-    std::vector<double> x(y.size()), after = copy(memory);
+    const std::vector<double> limit = limits_of(element);
+    const engine_bank bank = bank_of(curve, element, weight, memory, limit);
+    std::vector<double> x(y.size()), after = copy(memory), power(weight.size());
     {
         nb::gil_scoped_release released;
-        engine_bank_invert(&bank, static_cast<int64_t>(y.size()), y.data(), farthest, after.data(), x.data());
+        engine_bank_invert(&bank, static_cast<int64_t>(y.size()), y.data(), farthest, after.data(), power.data(),
+                           x.data());
     }
     raise_if_stopped();
     return nb::make_tuple(own(std::move(x)), own(std::move(after)));

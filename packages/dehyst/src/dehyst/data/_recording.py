@@ -6,13 +6,16 @@ import itertools
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from dehyst.arrays import Array, Rows
+from dehyst.data._loops import turning_points
 from dehyst.data._plotted import Plotted
+from dehyst.data._ranges import range_of
 from dehyst.errors import MissingExtraError, ParameterError, RecordingError
 from dehyst.findings import Finding
 
@@ -112,6 +115,16 @@ class Recording(Plotted):
     left_out: tuple[int, ...] = ()
     schedules: Mapping[str, Array] = field(default_factory=dict)
     schedule_units: Mapping[str, str] = field(default_factory=dict)
+
+    @cached_property
+    def input_range(self) -> tuple[float, float]:
+        """Least and largest input. [input_unit]"""
+        return range_of(self.input)
+
+    @cached_property
+    def output_range(self) -> tuple[float, float]:
+        """Least and largest output. [output_unit]"""
+        return range_of(self.output)
 
     def __post_init__(self) -> None:
         put = object.__setattr__  # frozen: normalise once, here
@@ -224,6 +237,17 @@ class Recording(Plotted):
         """Index ranges between breaks; within each the memory is continuous."""
         edges = (0, *self.breaks, len(self))
         return tuple(slice(a, b) for a, b in itertools.pairwise(edges))
+
+    @cached_property
+    def _turns(self) -> dict[tuple[int, float], Rows]:
+        return {}
+
+    def turns(self, piece: slice, swing: float) -> Rows:
+        """Where the input turns by more than `swing` within one of the `pieces`, counted from its start, (m,)."""
+        key = (piece.start, swing)
+        if key not in self._turns:
+            self._turns[key] = turning_points(self.input[piece], swing)
+        return self._turns[key]
 
     def signals(self, names: Sequence[str], part: slice = slice(None)) -> dict[str, Array]:
         """Return the schedules of these names along a part of the recording, (T,) each; as a model's `needs` asks."""

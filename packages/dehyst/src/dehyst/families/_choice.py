@@ -234,6 +234,8 @@ def best_sum(
             "no sum of elements could be fitted; take a smaller family, such as pi."
         )
     best, made = _fitted(ordered, workshops, firm, most)
+    for workshop in workshops.values():
+        workshop.let_go()
     of_its_name = [row for row in sums if row.name == best.sum.name]
     if len(of_its_name) < len(sums):
         # Fitted once more by its name, so that the person who names this row gets the same model.
@@ -384,6 +386,7 @@ class Workshop:
         self._programs: dict[tuple[tuple[str, ...], bool], tuple[Program, Marks | None]] = {}
         self._scores: dict[tuple[tuple[str, ...], bool, RampRegularisation], float] = {}
         self._models: dict[tuple[ScoredSum, bool, int | None], Made] = {}
+        self._whole: tuple[tuple[str, ...], Columns, RowBank] | None = None
 
     def candidate(self, row: Sum, mapped: bool, regularisation: RampRegularisation) -> ScoredSum:
         """Score a sum, once; the score is infinite if the sum has no solution."""
@@ -478,8 +481,7 @@ class Workshop:
 
     def _fitted(self, chosen: ScoredSum, firm: bool) -> tuple[Columns, Weights, Array]:
         """Return columns, weights and lower bounds of a candidate that is fitted to all rows."""
-        columns = self.columns.take(self.columns.of(chosen.sum.groups))
-        bank = self._bank(columns, self.start, whole=True)
+        columns, bank = self._whole_of(chosen.sum.groups)
         sums = self._sums(columns, bank, PIECES if chosen.mapped else 1, _undivided(bank))
         program = Program(sums, np.arange(columns.cell.size), chosen.mapped)
         # Each fit begins with the weights that carried in the one before.
@@ -505,6 +507,18 @@ class Workshop:
                 break
             weights, least = firmer, firmer_least
         return columns, weights, least
+
+    def _whole_of(self, groups: tuple[str, ...]) -> tuple[Columns, RowBank]:
+        """Return the columns of some groups at all rows: the last ones again, if they are of the same groups."""
+        if self._whole is None or self._whole[0] != groups:
+            self._whole = None  # before the next ones need as much memory
+            columns = self.columns.take(self.columns.of(groups))
+            self._whole = groups, columns, self._bank(columns, self.start, whole=True)
+        return self._whole[1:]
+
+    def let_go(self) -> None:
+        """Drop what only fits to all rows need; it is large."""
+        self._whole = None
 
     def _reduced(
         self,

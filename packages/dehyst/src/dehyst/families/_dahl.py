@@ -112,7 +112,7 @@ def fit_dahl(training: Training) -> Dahl:
     grid = Dahl(np.zeros(1), LENGTHS, np.zeros(LENGTHS.size), training.scaling, "zero")
     thin = Mixer(training.thinned())
     errors = {start: thin.error(grid.with_start(start)) for start in STARTS}
-    bank = Mixer(training)(grid.with_start(best_start(errors)))
+    bank = Mixer(training.spread())(grid.with_start(best_start(errors)))
     used = np.flatnonzero(bank.weights != 0.0)
     if not used.size:
         # A model needs one element, even of weight 0.

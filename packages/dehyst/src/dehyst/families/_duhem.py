@@ -298,7 +298,7 @@ def _fitted(training: Training, sign: int) -> Duhem:
     best = golden_sections(
         lambda a: program(float(np.exp(a)), start)[1], near - step, near + step, SECTIONS
     )
-    model = DuhemProgram(training, sign)(float(np.exp(best)), start)[0]
+    model = DuhemProgram(training.spread(), sign)(float(np.exp(best)), start)[0]
     if np.any(model.loss != 0.0):
         return model
     return replace(model, loss=np.zeros(1))

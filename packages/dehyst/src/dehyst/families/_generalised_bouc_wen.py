@@ -183,7 +183,7 @@ def fit_generalised_bouc_wen(training: Training) -> GeneralisedBoucWen:
     better, _ = simplex(
         fine, shaped, [spread_shape(shapes[0])], LIMITS[[0, 0, 0, 0, 1, 1, 2]], start
     )
-    return Mixer(training)(shaped(better, training.scaling, start))
+    return Mixer(training.spread())(shaped(better, training.scaling, start))
 
 
 FAMILY = Family(

@@ -61,7 +61,7 @@ def search(
         if not least < POLICY.friction_element * error:
             break
         shapes, error = more_shapes, least
-    return Mixer(training, signs)(make(shapes, training.scaling, start))
+    return Mixer(training.spread(), signs)(make(shapes, training.scaling, start))
 
 
 def first_element(

@@ -18,6 +18,8 @@ M = TypeVar("M", bound=LoopModel)
 Rows = npt.NDArray[np.intp]
 
 MOST_SAMPLES = 6000  # of a thinned training part
+# Compared samples of a long log: they say as much of the weights of some ten columns as all of it.
+MOST_COMPARED = 50_000
 LEAST_STROKE = 0.01  # between two turning points, scaled; a smaller one may be noise
 
 
@@ -220,6 +222,25 @@ class Training:
             if stretch.x.size > 4 * abs(samples):
                 moved.append(_late(stretch, samples))
         return replace(self, stretches=tuple(moved), shared=[])
+
+    def spread(self, most: int = MOST_COMPARED) -> Training:
+        """Return the same data, of which no more than about `most` samples are compared: every 3rd, 9th, 27th, ...
+
+        A model sees all samples, so that its memory is that of the log: noise moves friction along its path, too.
+        Periods of a logger are round numbers, whose factors are 2 and 5: a power of three meets all their phases.
+        """
+        compared = sum(int(np.count_nonzero(stretch.counts)) for stretch in self.stretches)
+        every = 1
+        while compared > most * every:
+            every *= 3
+        if every == 1:
+            return self
+        stretches = []
+        for stretch in self.stretches:
+            counts = np.zeros(stretch.counts.size, dtype=np.bool_)
+            counts[np.flatnonzero(stretch.counts)[::every]] = True
+            stretches.append(replace(stretch, counts=counts))
+        return replace(self, stretches=tuple(stretches), shared=[])
 
     def thinned(self, most: int = MOST_SAMPLES) -> Training:
         """Return the same data with fewer samples, for searches: one sample of each group, and all turning points.

@@ -17,11 +17,12 @@ from dehyst.families import ROW_NAMES, ROWS, title_of
 from dehyst.families import kit as families_kit
 from dehyst.identification._auto import best_fit
 from dehyst.identification._candidates import all_names, candidate_of
+from dehyst.identification._data import DataSet
 from dehyst.identification._fit import Fit, Score, codes_of
 from dehyst.identification._policy import POLICY
 from dehyst.identification._prepared import Prepared, prepared
 from dehyst.identification._redrawing import interval, part_squares, within_doubt
-from dehyst.identification._scores import Part, score, scored_parts
+from dehyst.identification._scores import Part, deviation_of, score, scored_parts
 from dehyst.identification._settings import check_recordings
 from dehyst.identification._threads import single_blas
 
@@ -364,8 +365,8 @@ def compare(
     auto = best_fit(log)
     spent = time.thread_time() - begun
     with single_blas():
-        compared = scored_parts(records, log.data, auto.certificate.initial_state)
-        baseline = _scored(auto.family, auto, spent, log, compared)
+        compared = _Compared(records, log.data, auto.certificate.initial_state)
+        baseline = _scored(auto.family, auto, spent, compared)
         entries = []
         for number, name in enumerate(names):
             if progress is not None:
@@ -373,13 +374,12 @@ def compare(
             if name == auto.family:
                 entries.append(baseline)
             elif name == families_kit.BEST and auto.family in ROW_NAMES:  # whose best one it is
-                entries.append(_scored(name, auto, spent, log, compared))
+                entries.append(_scored(name, auto, spent, compared))
             else:
                 entries.append(_entry(name, log, seed, compared))
     curve = (auto.static_test or auto.static_train).rmse_percent
     entries = [_with_reason(entry, auto, curve) for entry in entries]
-    judged = compared[1] or compared[0]
-    masks = judged.masks(records)
+    masks = compared.judged.masks(records)
     ranked = sorted(
         entries, key=lambda entry: (rank(entry.error_percent), entry.family != auto.family)
     )
@@ -404,24 +404,44 @@ def _names_to_fit(families: Sequence[str] | None) -> tuple[str, ...]:
     return names
 
 
-def _entry(name: str, log: Prepared, seed: int, compared: tuple[Part, Part]) -> ComparedFamily:
+class _Compared:
+    """Samples on which all families are scored, those that `identify` fits and holds out."""
+
+    def __init__(self, records: tuple[Recording, ...], data: DataSet, initial_state: str) -> None:
+        self._records, self._range = records, data.output_range
+        self._parts: list[tuple[Part, float]] = []
+        for part in scored_parts(records, data, initial_state):
+            self._parts.append((part, deviation_of(records, part)))
+
+    @property
+    def judged(self) -> Part:
+        """The held-out samples; the fitted ones where nothing was held out."""
+        fitted, held_out = [part for part, _ in self._parts]
+        return held_out or fitted
+
+    def scores(self, fit: Fit) -> list[Score | None]:
+        """Score of a fit on the fitted and on the held-out samples; None where there are none."""
+        scores = []
+        for part, deviation in self._parts:
+            scores.append(score(self._records, fit.predictions, part, self._range, deviation))
+        return scores
+
+
+def _entry(name: str, log: Prepared, seed: int, compared: _Compared) -> ComparedFamily:
     begun = time.thread_time()
     try:
         fit = log.fit(candidate_of(name, seed))
     except DehystError as fault:
         return ComparedFamily(name, title_of(name), reason=" ".join(str(fault).split()))
-    return _scored(name, fit, time.thread_time() - begun, log, compared)
+    return _scored(name, fit, time.thread_time() - begun, compared)
 
 
-def _scored(
-    name: str, fit: Fit, seconds: float, log: Prepared, compared: tuple[Part, Part]
-) -> ComparedFamily:
+def _scored(name: str, fit: Fit, seconds: float, compared: _Compared) -> ComparedFamily:
     """The row of a fit, which says for which other family it stands."""
     title = title_of(name)
     if fit.family != name:
         title = f"{title}: {fit.family}"
-    train = score(log.records, fit.predictions, compared[0], log.data.output_range)
-    test = score(log.records, fit.predictions, compared[1], log.data.output_range)
+    train, test = compared.scores(fit)
     return ComparedFamily(name, title, fit, train, test, seconds)
 
 

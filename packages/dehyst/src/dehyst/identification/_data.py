@@ -6,6 +6,8 @@ import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -87,6 +89,11 @@ class DataSet:
     # Range of the output over all samples (`dehyst.data._ranges`), the unit of rmse_percent. [output]
     output_range: float
 
+    @cached_property
+    def short_signals(self) -> dict[tuple[str, int], Any]:
+        """Short signals that stand for the fitted samples (`_short_signal.py`), by start state and size."""
+        return {}
+
     @property
     def weighted(self) -> bool:
         """Whether some samples count more than others."""
@@ -101,6 +108,18 @@ def inputs_of(records: Sequence[Recording]) -> list[Array]:
 def outputs_of(records: Sequence[Recording]) -> list[Array]:
     """Return the output of each recording."""
     return [record.output for record in records]
+
+
+def input_range(records: Sequence[Recording]) -> tuple[float, float]:
+    """Return the least and the largest input of recordings."""
+    ranges = [record.input_range for record in records]
+    return min(low for low, _ in ranges), max(high for _, high in ranges)
+
+
+def output_range(records: Sequence[Recording]) -> tuple[float, float]:
+    """Return the least and the largest output of recordings."""
+    ranges = [record.output_range for record in records]
+    return min(low for low, _ in ranges), max(high for _, high in ranges)
 
 
 def all_timed(records: Sequence[Recording]) -> bool:

@@ -306,24 +306,33 @@ def velocity(time: Array, x: Array) -> Array:
     return rate
 
 
-def residual_drift(x: Array, residual: Array, less: Array | None = None) -> tuple[float, float]:
-    """Change of the residual from the first to the last cycle, and its standard error, in the residual's unit.
+class Cycles:
+    """Cycles of an input (T,), along which the residuals of several models are compared."""
 
-    With `less` the residual is the difference of both, which need not be made for that; see `drift_of`.
-    """
-    points = turning_points(x)[1:-1]
-    begins = points[::2]
-    if begins.size < FEWEST_CYCLES + 1:
-        return 0.0, 0.0
-    counted = slice(0, int(begins[-1]))
-    inside = middle_third(x[counted], float(np.min(x)), float(np.max(x)))
-    left = residual[counted]
-    if less is not None:
-        left = left - less[counted]
-    sums = np.add.reduceat(left, begins[:-1])
-    middle = np.add.reduceat(left * inside, begins[:-1])
-    counts = np.add.reduceat(inside, begins[:-1])
-    return drift_of(sums / np.diff(begins), x[points], middle, counts)
+    def __init__(self, x: Array) -> None:
+        points = turning_points(x)[1:-1]
+        self._begins, self._places = points[::2], x[points]
+        self._counted = slice(0, 0)
+        if self._begins.size > FEWEST_CYCLES:
+            self._counted = slice(0, int(self._begins[-1]))
+        low, high = float(np.min(x)), float(np.max(x))
+        self._inside = middle_third(x[self._counted], low, high)
+
+    def drift(self, residual: Array, less: Array | None = None) -> tuple[float, float]:
+        """Change of a residual (T,) from the first to the last cycle, and its standard error, in the residual's unit.
+
+        With `less` the residual is the difference of both, which need not be made for that; see `drift_of`.
+        """
+        begins, inside = self._begins, self._inside
+        if begins.size < FEWEST_CYCLES + 1:
+            return 0.0, 0.0
+        left = residual[self._counted]
+        if less is not None:
+            left = left - less[self._counted]
+        sums = np.add.reduceat(left, begins[:-1])
+        middle = np.add.reduceat(left * inside, begins[:-1])
+        counts = np.add.reduceat(inside, begins[:-1])
+        return drift_of(sums / np.diff(begins), self._places, middle, counts)
 
 
 def middle_third(x: Array, low: float, high: float) -> Array:

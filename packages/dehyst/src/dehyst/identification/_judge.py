@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dehyst.arrays import rank
-from dehyst.data import Loops, range_over
+from dehyst.data import Loops
 from dehyst.families.kit import Butterfly
 from dehyst.findings import Finding, Grade
 from dehyst.identification import _facts as facts
@@ -25,7 +25,7 @@ from dehyst.identification._cautions import (
     unrelated,
     with_reasons,
 )
-from dehyst.identification._data import DataSet, inputs_of, outputs_of
+from dehyst.identification._data import DataSet, input_range, output_range
 from dehyst.identification._families import STATIC
 from dehyst.identification._fit import Certificate, Fit, LoopFacts, Score, codes_of, size_of
 from dehyst.identification._policy import POLICY
@@ -65,7 +65,7 @@ def _examine(
         numbers=seen.numbers,
         butterfly=turns_at,
     )
-    span = range_over(inputs_of(measured.recordings))
+    span = input_range(measured.recordings)
     judged = list(about_data(data, loop_facts, abs(change), doubt, knows, span))
     judged += about_fit(
         data,
@@ -239,7 +239,7 @@ def judge(data: DataSet, seen: Seen, outcome: Outcome) -> Fit:
     codes = codes_of(findings)
     findings += tuple(outcome.remarks(measured))
     if family == STATIC and outcome.compared:
-        span = range_over(inputs_of(measured.recordings))
+        span = input_range(measured.recordings)
         findings += (no_hysteresis(outcome.compared, span, codes, loop_facts),)
     findings = with_reasons(findings)
     terms = certificate.operators
@@ -291,8 +291,8 @@ def _card(
     verdict: str,
 ) -> ModelCard:
     records = measured.recordings
-    low_in, high_in = range_over(inputs_of(records))
-    low_out, high_out = range_over(outputs_of(records))
+    low_in, high_in = input_range(records)
+    low_out, high_out = output_range(records)
     logs = []
     for record in records:
         logs.append(dict(record.provenance) | {"name": record.name, "samples": record.samples})

@@ -12,8 +12,8 @@ import numpy as np
 import dehyst._native as _native
 from dehyst.arrays import Array, Mask, Rows
 from dehyst.data import POLICY as DATA_POLICY
-from dehyst.data import Recording, range_over, turning_points
-from dehyst.identification._data import all_timed, inputs_of
+from dehyst.data import Recording
+from dehyst.identification._data import all_timed, input_range
 from dehyst.identification._facts import spread
 from dehyst.identification._policy import POLICY
 from dehyst.identification._threads import single_blas
@@ -333,10 +333,10 @@ class _MemorySpan:
     """Samples with continuous memory; those counted say what is left, the others where the input turned."""
 
     def __init__(
-        self, time: Array, x: Array, f: Array, e: Array, counted: Rows, width: float
+        self, time: Array, x: Array, f: Array, e: Array, counted: Rows, turns: Rows, width: float
     ) -> None:
-        self.time, self.x, self.f, self.e, self.counted, self.width = time, x, f, e, counted, width
-        self.turns = turning_points(x, DATA_POLICY.turn_fraction * width)
+        self.time, self.x, self.f, self.e, self.counted = time, x, f, e, counted
+        self.turns, self.width = turns, width
 
     def rows(self, most: int) -> Rows:
         """Counted samples, or so many that stand for them."""
@@ -401,7 +401,7 @@ class _MemorySpan:
 def _spans(
     recordings: Sequence[Recording], predictions: Sequence[Array], masks: Sequence[Mask]
 ) -> list[_MemorySpan]:
-    low, high = range_over(inputs_of(recordings))
+    low, high = input_range(recordings)
     timed = all_timed(recordings)
     spans = []
     for recording, f, mask in zip(recordings, predictions, masks, strict=True):
@@ -414,7 +414,8 @@ def _spans(
             if counted.size > 1:
                 x = recording.input[piece]
                 e = recording.output[piece] - f[piece]
-                spans.append(_MemorySpan(time[piece], x, f[piece], e, counted, high - low))
+                turns = recording.turns(piece, DATA_POLICY.turn_fraction * (high - low))
+                spans.append(_MemorySpan(time[piece], x, f[piece], e, counted, turns, high - low))
     return spans
 
 

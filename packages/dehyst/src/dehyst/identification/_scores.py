@@ -8,10 +8,18 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from dehyst.arrays import Array, Mask
-from dehyst.data import Recording, range_over, robust_range, top_speed
+from dehyst.data import Recording, robust_range, top_speed
 from dehyst.identification import _facts as facts
 from dehyst.identification._conditions import Condition, conditions, steeper, wider
-from dehyst.identification._data import DataSet, Piece, chunks, inputs_of, outputs_of
+from dehyst.identification._data import (
+    DataSet,
+    Piece,
+    chunks,
+    input_range,
+    inputs_of,
+    output_range,
+    outputs_of,
+)
 from dehyst.identification._evidence import Evidence, evidence, rows_of, stretches_of
 from dehyst.identification._fit import InputError, Score
 from dehyst.identification._regressors import PlayBank, started
@@ -186,16 +194,30 @@ def _joined(pieces: list[Array]) -> Array:
 
 
 def score(
-    records: tuple[Recording, ...], outputs: Sequence[Array], part: Part, output_range: float
+    records: tuple[Recording, ...],
+    outputs: Sequence[Array],
+    part: Part,
+    output_range: float,
+    deviation: float | None = None,
 ) -> Score | None:
-    """Score of the chosen samples of all recordings together; None if there are none."""
+    """Score of the chosen samples of all recordings together; None if there are none.
+
+    `deviation` is that of `deviation_of`, where it is known.
+    """
+    error = part.moments(outputs, outputs_of(records), extremes=True)
+    if error.count == 0.0:
+        return None
+    if deviation is None:
+        deviation = deviation_of(records, part)
+    return score_from(error, deviation, output_range)
+
+
+def deviation_of(records: tuple[Recording, ...], part: Part) -> float:
+    """Standard deviation of the output over the chosen samples; 0 if there are none. [output]"""
     measured = outputs_of(records)
     about = part.moments(measured)
-    if about.count == 0.0:
-        return None
-    error = part.moments(outputs, measured, extremes=True)
     middle = [np.broadcast_to(about.mean, record.output.shape) for record in records]
-    return score_from(error, part.moments(measured, middle).rms, output_range)
+    return part.moments(measured, middle).rms
 
 
 def score_from(error: Moments, deviation: float, output_range: float) -> Score:
@@ -235,7 +257,7 @@ def input_error(
 ) -> InputError | None:
     """Error of the input asked for, kept within the range that was applied; None if no samples are chosen."""
     inputs = inputs_of(records)
-    low, high = range_over(inputs)
+    low, high = input_range(records)
     # No actuator follows an input outside the range that was applied.
     clipped = [np.clip(demand, low, high) for demand in demands]
     return input_error_of(part.moments(clipped, inputs), robust_range(inputs))
@@ -285,6 +307,25 @@ class Measured:
         return self.input_test or self.input_train
 
 
+class _Cycles:
+    """Cycles of the samples of a recording that count, (T,)."""
+
+    def __init__(self, record: Recording, counted: Mask) -> None:
+        self._counted = None if counted.all() else counted
+        self._cycles: facts.Cycles | None = None
+        if np.count_nonzero(counted) > 8:
+            self._cycles = facts.Cycles(self._of(record.input))
+
+    def _of(self, signal: Array) -> Array:
+        return signal if self._counted is None else signal[self._counted]
+
+    def drift(self, record: Recording, output: Array) -> tuple[float, float]:
+        """Change of a residual from the first to the last cycle, and its standard error. [output]"""
+        if self._cycles is None:
+            return 0.0, 0.0
+        return self._cycles.drift(self._of(output), self._of(record.output))
+
+
 @dataclass(frozen=True, eq=False)
 class Baseline:
     """What all models of a log are compared with, where they are scored on the same samples."""
@@ -296,6 +337,10 @@ class Baseline:
     train: Score
     test: Score | None
     asked: InputError
+    deviations: tuple[
+        float, float
+    ]  # Of the output over the fitted and the held-out samples. [output]
+    cycles: _Cycles  # Of the first recording
     drift: tuple[float, float]  # Change of its residual, and the standard error. [output]
     speeds: Mapping[str, float]  # Of both signals, as in `Measured`
 
@@ -351,8 +396,8 @@ class Measure:
         records = self._records
         fitted, held_out = scored
         baseline = self._compared_with(data, static, scored)
-        train = score(records, outputs, fitted, data.output_range)
-        test = score(records, outputs, held_out, data.output_range)
+        train = score(records, outputs, fitted, data.output_range, baseline.deviations[0])
+        test = score(records, outputs, held_out, data.output_range, baseline.deviations[1])
         input_train = input_error(records, demands, fitted)
         input_test = input_error(records, demands, held_out)
         if train is None or input_train is None:
@@ -361,7 +406,7 @@ class Measure:
         # Where a curve is as good as the model, what is left of the model's error is not about the actuator.
         drift = baseline.drift
         if train.rmse <= baseline.train.rmse:
-            drift = _drift(records[0], outputs[0], train_masks[0] | test_masks[0])
+            drift = baseline.cycles.drift(records[0], outputs[0])
         if self._tested is None:
             self._tested = _evidence(records, data, turns, self._loads)
             if any(term.there for term in self._tested) and not self._loads:
@@ -406,8 +451,9 @@ def _baseline(
     for record in records:
         curves.append(static.simulate(record.input))
         demands.append(static.inverse().simulate(record.output))
-    train = score(records, curves, fitted, data.output_range)
-    test = score(records, curves, held_out, data.output_range)
+    deviations = deviation_of(records, fitted), deviation_of(records, held_out)
+    train = score(records, curves, fitted, data.output_range, deviations[0])
+    test = score(records, curves, held_out, data.output_range, deviations[1])
     judged = held_out
     if test is None:
         judged = fitted
@@ -415,6 +461,7 @@ def _baseline(
     if train is None or asked is None:
         raise AssertionError("no training samples")  # the caller has checked
     masks = fitted.masks(records), held_out.masks(records)
+    cycles = _Cycles(records[0], masks[0][0] | masks[1][0])
     return Baseline(
         static=static,
         scored=scored,
@@ -422,20 +469,11 @@ def _baseline(
         train=train,
         test=test,
         asked=asked,
-        drift=_drift(records[0], curves[0], masks[0][0] | masks[1][0]),
+        deviations=deviations,
+        cycles=cycles,
+        drift=cycles.drift(records[0], curves[0]),
         speeds=_fitted_speeds(records, masks[0]),
     )
-
-
-def _drift(record: Recording, output: Array, counted: Mask) -> tuple[float, float]:
-    """Change of a residual from the first to the last cycle, and its standard error. [output]"""
-    if np.count_nonzero(counted) <= 8:
-        return 0.0, 0.0
-    signals = [record.input, output, record.output]
-    if not counted.all():
-        signals = [signal[counted] for signal in signals]
-    x, predicted, y = signals
-    return facts.residual_drift(x, predicted, y)
 
 
 def _fitted_speeds(records: Sequence[Recording], masks: Sequence[Mask]) -> dict[str, float]:
@@ -449,8 +487,8 @@ def _fitted_speeds(records: Sequence[Recording], masks: Sequence[Mask]) -> dict[
             outputs.append((time, record.output[mask]))
     if not inputs:
         return {}
-    low, high = range_over(inputs_of(records))
-    least, most = range_over(outputs_of(records))
+    low, high = input_range(records)
+    least, most = output_range(records)
     return {
         "input": float(f"{top_speed(inputs, high - low):.4g}"),
         "output": float(f"{top_speed(outputs, most - least):.4g}"),

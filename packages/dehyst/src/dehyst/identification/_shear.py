@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any, cast
 
-from dehyst.data import Recording, range_over, robust_range
+from dehyst.data import Recording, robust_range
 from dehyst.errors import ParameterError
 from dehyst.findings import Finding, Grade
 from dehyst.identification._candidates.plays import PlaysFamily
 from dehyst.identification._cautions import of_range, unit_of_gain
-from dehyst.identification._data import DataSet, inputs_of
+from dehyst.identification._data import DataSet, input_range, inputs_of
 from dehyst.identification._fit import Fit
 from dehyst.identification._policy import POLICY
 from dehyst.identification._prepared import Prepared
@@ -174,7 +174,7 @@ class ShearedMeasure(Measure):
 def _card(fit: Fit, records: tuple[Recording, ...]) -> ModelCard:
     """Card with the log's own input instead of u + k y, and what the inverse misses of it."""
     first = records[0]
-    low, high = range_over(inputs_of(records))
+    low, high = input_range(records)
     inverse = {"rmse_percent": fit.certificate.inverse_miss_percent}
     card: ModelCard = fit.model.card
     provenance = {**card.provenance, "inverse": inverse}

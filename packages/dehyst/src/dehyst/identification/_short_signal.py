@@ -144,7 +144,15 @@ class ShortSignal:
 
 
 def shorten(data: DataSet, initial_state: str, most: int) -> ShortSignal:
-    """Fitted samples of each piece, spread by way, such that no more than about `most` remain."""
+    """Fitted samples of each piece, spread by way, such that no more than about `most` remain; each signal once."""
+    key = (initial_state, most)
+    if key not in data.short_signals:
+        data.short_signals[key] = _shortened(data, initial_state, most)
+    short: ShortSignal = data.short_signals[key]
+    return short
+
+
+def _shortened(data: DataSet, initial_state: str, most: int) -> ShortSignal:
     signals, counts = [], []
     for piece in data.pieces:
         fitted = np.zeros(piece.x.size, dtype=np.bool_)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from dehyst.arrays import Array, Mask
-from dehyst.data import Recording, range_over
+from dehyst.data import Recording
 from dehyst.data import kit as data_kit
 from dehyst.errors import IdentificationError
 from dehyst.families import ROW_NAMES, LoopModel, Stretch, Training, first_input
@@ -18,7 +18,7 @@ from dehyst.families import kit as families_kit
 from dehyst.findings import Finding
 from dehyst.identification._candidate import BlockErrors, Outcome
 from dehyst.identification._cautions import Knows
-from dehyst.identification._data import DataSet, Piece, inputs_of
+from dehyst.identification._data import DataSet, Piece, input_range
 from dehyst.identification._evidence import beyond_rests, without_holds
 from dehyst.identification._fit import Certificate, ComparedSetting
 from dehyst.identification._prepared import Prepared
@@ -198,7 +198,7 @@ def _remarks(log: Prepared, model: LoopModel, measured: Measured) -> Iterator[Fi
     if time is None or not model.rate_dependent:
         return
     time = time[played]
-    span = range_over(inputs_of(log.records))
+    span = input_range(log.records)
 
     def simulate(x: Array, time: Array) -> Array:
         return model.simulate(x, time, **signals)
