@@ -1,7 +1,7 @@
 """Build everything in docs/ (and README.md) that is generated: reference pages, shown outputs, notebooks, figures.
 
     python docs/build.py            write what is not up to date
-    python docs/build.py PAGE ...   only these pages or notebooks, for example docs/explanation/proofs.md
+    python docs/build.py PAGE ...   these pages or notebooks and their figures, such as docs/explanation/proofs.md
     python docs/build.py --check    write nothing; name what is not up to date, exit status 1
     python docs/build.py --headlines    the first line of every module, room by room: the house in words
 
@@ -176,6 +176,14 @@ def headlines() -> str:
     return "\n".join(lines[1:])
 
 
+def _figures_of(pages: set[Path]) -> set[str]:
+    """Names of the figures that pages show."""
+    names: set[str] = set()
+    for page in pages:
+        names.update(re.findall(r"images/([\w/-]+)\.(?:svg|png)", page.read_text(encoding="utf-8")))
+    return names
+
+
 def main() -> int:
     """Write, or check, everything that is generated."""
     parser = argparse.ArgumentParser(
@@ -187,7 +195,9 @@ def main() -> int:
     parser.add_argument(
         "--headlines", action="store_true", help="print the first line of every module"
     )
-    parser.add_argument("pages", nargs="*", type=Path, help="only these pages, without figures")
+    parser.add_argument(
+        "pages", nargs="*", type=Path, help="only these pages and the figures that they show"
+    )
     given = parser.parse_args()
     if given.headlines:
         print(headlines())
@@ -206,9 +216,9 @@ def main() -> int:
     stale += [path for path in shown if _chosen(path, chosen) and _refresh(path, check)]
     for path in stale:
         print(f"{'not up to date' if check else 'wrote'}: {path.relative_to(ROOT)}")
-    if not check and not chosen:
+    if not check:
         (DOCS / "images").mkdir(exist_ok=True)
-        for path in figures.build(DOCS / "images"):
+        for path in figures.build(DOCS / "images", _figures_of(chosen) if chosen else None):
             print(f"drew: {path.relative_to(ROOT)}")
     return 1 if check and stale else 0
 

@@ -211,3 +211,21 @@ def test_every_name_of_a_package_that_is_installed_is_found():
     for table in (plugins.COMMANDS, plugins.EXPORTS):
         named = {name for name, package in table.items() if package == "dehyst-robot"}
         assert named and named <= set(points)
+
+
+def test_a_target_whose_module_imports_a_name_that_is_not_there_says_which(
+    fresh, tmp_path, monkeypatch
+):
+    source = """
+from dehyst.export.kit import Target
+
+BROKEN = Target("broken", "a target", "stranger_writer")
+"""
+    points = {"broken": "stranger_row:BROKEN"}
+    install_stranger(tmp_path, monkeypatch, "dehyst.targets", points, "stranger_row", source)
+    (tmp_path / "stranger_writer.py").write_text("from dehyst.export import no_such_name\n")
+    from dehyst.export import export, subject_of
+
+    with pytest.raises(ParameterError, match="module 'stranger_writer' says ImportError"):
+        export(subject_of(play_model(), name="elbow"), "broken", tmp_path / "out")
+    assert not (tmp_path / "out").exists()

@@ -71,9 +71,13 @@ INTEGRATOR = ROOT / "benchmarks" / "results" / "integrator.json"
 STEP = 0.02  # sampling time of the simulated joint [s]
 
 
-def build(folder: Path) -> list[Path]:
-    """Draw every figure; return the files."""
-    return [path for name, draw in FIGURES.items() for path in write(name, draw, folder)]
+def build(folder: Path, names: set[str] | None = None) -> list[Path]:
+    """Draw every figure, or those of some names; return the files."""
+    files = []
+    for name, draw in FIGURES.items():
+        if names is None or name in names:
+            files += write(name, draw, folder)
+    return files
 
 
 def write(name: str, draw: Callable[[], Figure], folder: Path) -> list[Path]:

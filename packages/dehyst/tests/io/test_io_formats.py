@@ -222,6 +222,21 @@ def test_a_damaged_spreadsheet_is_refused_with_the_way_out(tmp_path):
 # Extras
 
 
+@pytest.mark.parametrize("ending", ["parquet", "feather", "csv"])
+def test_dates_that_are_texts_are_time_in_every_format(tmp_path, ending):
+    polars = pytest.importorskip("polars", reason="the extra dehyst[parquet] is not installed")
+    stamps = [f"2024-05-01T12:00:{k // 100:02d}.{10 * (k % 100):03d}" for k in range(400)]
+    t = 0.01 * np.arange(400)
+    frame = polars.DataFrame({"time": stamps, "u_bar": np.sin(5 * t), "y_deg": np.cos(5 * t)})
+    file = tmp_path / f"log.{ending}"
+    {"parquet": frame.write_parquet, "feather": frame.write_ipc, "csv": frame.write_csv}[ending](
+        file
+    )
+    log = read_log(file, "u", "y")
+    np.testing.assert_allclose(log.time - log.time[0], t, atol=1e-6)
+    assert "no-time" not in {finding.code for finding in log.findings}
+
+
 @pytest.mark.parametrize("ending", ["parquet", "feather"])
 def test_parquet_and_feather(tmp_path, ending):
     polars = pytest.importorskip("polars", reason="the extra dehyst[parquet] is not installed")

@@ -430,3 +430,14 @@ def test_model_and_verdict_of_a_thinned_log_are_those_of_the_whole(noise, tmp_pa
     apart = np.abs(thinned.model.simulate(check) - whole.model.simulate(check)).max()
     assert apart < 0.004 * np.ptp(y)
     assert thinned.test.rmse_percent == pytest.approx(whole.test.rmse_percent, abs=0.1)
+
+
+def test_dates_that_are_texts_are_time_in_every_part(tmp_path, in_parts):
+    polars = pytest.importorskip("polars", reason="the extra dehyst[parquet] is not installed")
+    stamps = [f"2024-05-01 12:{k // 6000:02d}:{k // 100 % 60:02d}.{k % 100:02d}" for k in range(N)]
+    frame = polars.DataFrame({"when": stamps, "pressure_bar": X, "angle_deg": Y})
+    frame.write_parquet(tmp_path / "log.parquet")
+    whole = read_log(tmp_path / "log.parquet", "pressure", "angle", time="when")
+    in_parts()
+    same(read_log(tmp_path / "log.parquet", "pressure", "angle", time="when"), whole)
+    np.testing.assert_allclose(whole.time - whole.time[0], T, atol=1e-6)

@@ -61,7 +61,9 @@ class Branch:
         noise = float(np.hypot(self.noise[1], self.noise[0] * height / self.span))
         wanted = 0.0
         if height > 0.0:
-            wanted = 2.25 * (noise / (POLICY.reading_error * height)) ** 2
+            # A product of floats that is too large is infinite, their power is an error.
+            ratio = noise / (POLICY.reading_error * height)
+            wanted = 2.25 * (ratio * ratio)
         return max(POLICY.reading_samples, int(np.ceil(min(wanted, 1e9))))
 
     def near_end(self, end: float) -> tuple[ReadValue, ReadValue]:

@@ -355,8 +355,9 @@ def _estimate(chosen: Sequence[MeasuredLoop], name: str, unit: str) -> LoopEstim
     errors = np.empty(count)
     for k, loop in enumerate(chosen):
         errors[k] = loop.errors[name]
-    # Squares of very large numbers would overflow.
-    scale = max(float(np.max(np.abs(values))), TINY)
+    # Squares of very large numbers would overflow, and so would large errors over small numbers.
+    largest_error = float(np.max(errors, initial=0.0, where=np.isfinite(errors)))
+    scale = max(float(np.max(np.abs(values))), largest_error, TINY)
     mean = float(np.mean(values))
     # Samples that lie alike in every cycle scatter less than they err.
     reach = quantile(CONFIDENCE, NORMAL) * math.hypot(*(errors / scale).tolist()) / count

@@ -112,8 +112,24 @@ class Target:
     tunable: bool = False
 
     def load(self) -> Writer:
-        """Return the writer of its module, which is imported only now."""
-        return cast(Writer, import_module(self.module).WRITER)
+        """Return the writer of its module, which is imported only now.
+
+        Raises
+        ------
+        ParameterError
+            If the module cannot be imported, or holds no ``WRITER``.
+        """
+        try:
+            return cast(Writer, import_module(self.module).WRITER)
+        except ModuleNotFoundError:
+            # The command line names the package that is missing.
+            raise
+        except (ImportError, AttributeError, SyntaxError) as fault:
+            raise ParameterError(
+                f"target '{self.name}' cannot be loaded: its module '{self.module}' says {type(fault).__name__}: "
+                f"{fault}. Install the package that holds it again, or tell its author.",
+                name=self.name,
+            ) from fault
 
 
 _C = Target(
