@@ -65,6 +65,8 @@ def typed(run, line):
     return status, out + err, {code: " ".join(message.split()) for code, message in findings}
 
 
+# All of them: each is another cure.
+@pytest.mark.spread(len(ROWS))
 @pytest.mark.parametrize(("code", "row"), ROWS)
 def test_what_a_finding_names_is_typed_and_ends_or_changes_it(
     code, row, run, tmp_path, monkeypatch
