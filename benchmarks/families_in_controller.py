@@ -20,6 +20,7 @@ from itertools import product
 from pathlib import Path
 
 from studies.joint_models import (
+    MECHANISMS,
     Joint,
     PathModel,
     errors,
@@ -31,7 +32,6 @@ from studies.joint_models import (
 )
 
 from dehyst.errors import SimulationError
-from dehyst_robot.arm import kit as arm_kit
 from dehyst_robot.arm import load_robot
 from dehyst_robot.commands._reproduce import QUICK
 from dehyst_robot.experiments import Equipment
@@ -39,7 +39,6 @@ from dehyst_robot.experiments import Equipment
 OUT = Path(__file__).parents[1] / "docs" / "generate" / "families_in_controller.csv"
 COLUMNS = ("mechanism", "seed", "family", "way", "numbers", "unexplained", "fit_s", "sample_ns", "trial",
            "rms_mdeg", "max_mdeg", "reason")  # fmt: skip
-MECHANISMS = tuple(name for name in arm_kit.PLANTS if name != "none")
 TRIALS = ("fast", "slow", "slow_no_integrator")
 OFF, RECIPES = "off", ("paper", "best")
 NUMBER = 1  # of the joint

@@ -28,7 +28,7 @@ os.environ.setdefault(
 )
 
 import numpy as np
-from studies.joint_models import Joint
+from studies.joint_models import MECHANISMS, Joint
 from studies.joint_models import prepared as prepared_joint
 from studies.learned_feedforward import (
     NETWORKS,
@@ -51,7 +51,6 @@ from studies.rival_laws import (
 from dehyst.errors import DehystError
 from dehyst.models import DirectInverse
 from dehyst_robot.arm import Robot, load_robot
-from dehyst_robot.arm import kit as arm_kit
 from dehyst_robot.arm._rigid_body import moment_arms
 from dehyst_robot.arm._routing import contraction
 from dehyst_robot.commands._reproduce import QUICK
@@ -95,7 +94,6 @@ TUNING = "tuning"  # in place of a draw: the packaged realistic plant, on which 
 NATIVE = ("paper", "best", "scaled", "maxwell-slip")
 PASSES = 4
 FACTORS = (1.0, 1.5, 2.0, 3.0, 4.0)  # of gains that are tuned: 1 is the default pole
-MECHANISMS = tuple(name for name in arm_kit.PLANTS if name != "none")
 MAPS = ("tool", "bench", "tondu-lopez")
 LINKS = 7
 Row = dict[str, object]

@@ -19,6 +19,7 @@ from dehyst.errors import DehystError
 from dehyst.families import names
 from dehyst.models import Model
 from dehyst_robot.arm import Robot
+from dehyst_robot.arm import kit as arm_kit
 from dehyst_robot.control import Compensator, LoopCompensator
 from dehyst_robot.experiments import (
     Equipment,
@@ -43,6 +44,7 @@ from dehyst_robot.experiments._results import BAR, Characteristic
 Array = npt.NDArray[np.float64]
 
 INVERTED, AS_IT_IS = "inverted", "as it is"
+MECHANISMS = tuple(name for name in arm_kit.PLANTS if name != "none")
 # Choices of `dehyst.identify` that the register of families does not name; auto is what it does where none is named.
 CHOICES = ("auto", "pi", "pi-cumulative", "modified-pi", "stop")
 

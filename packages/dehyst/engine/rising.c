@@ -79,6 +79,7 @@ double engine_root(engine_rising f, const void *context, double guess, double fa
     }
     return fabs(a.f) < fabs(b.f) ? a.x : b.x;
 }
+
 double engine_curve(int32_t size, const double *c, double x)
 {
     const double held = x < -1.0 ? -1.0 : (x > 1.0 ? 1.0 : x);

@@ -337,9 +337,8 @@ class Baseline:
     train: Score
     test: Score | None
     asked: InputError
-    deviations: tuple[
-        float, float
-    ]  # Of the output over the fitted and the held-out samples. [output]
+    # Of the output over the fitted and the held-out samples. [output]
+    deviations: tuple[float, float]
     cycles: _Cycles  # Of the first recording
     drift: tuple[float, float]  # Change of its residual, and the standard error. [output]
     speeds: Mapping[str, float]  # Of both signals, as in `Measured`
